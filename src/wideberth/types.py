@@ -237,11 +237,14 @@ class Mission:
         Ground speed wanted on the leg that ends at each waypoint, m/s; the first is the speed at the start.
     t_start : float
         Time at the first waypoint, s.
+    index : int
+        The waypoint that is being flown to; ``len(waypoints)`` once all are reached.
     """
 
     waypoints: FloatArray
     speeds: FloatArray
     t_start: float
+    index: int = 1
 
 
 @dataclass(frozen=True, slots=True)

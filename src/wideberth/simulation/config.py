@@ -1,0 +1,190 @@
+"""The tables of a scenario that belong to the world: origin, mission, wind, traffic, evaluation."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Discriminator, Field, Tag, field_validator, model_validator
+
+from wideberth.frames import LocalFrame
+from wideberth.part_config import PartConfig
+from wideberth.types import FloatArray, Mission
+
+PresetName = Literal["sarp", "do365_phase1", "do365_buffered", "do365_noncooperative", "astm_f3442", "nmac"]
+Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
+Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
+Speed = Annotated[float, Field(ge=0.0, le=1000.0)]
+
+
+class OriginConfig(PartConfig):
+    """WGS84 origin of the local frame."""
+
+    lat_deg: Latitude
+    lon_deg: Longitude
+
+    def frame(self) -> LocalFrame:
+        """Return the local frame about this origin."""
+        return LocalFrame(math.radians(self.lat_deg), math.radians(self.lon_deg))
+
+
+class PositionConfig(PartConfig):
+    """A point: latitude and longitude, or north and east of the origin; always with an altitude."""
+
+    lat_deg: Latitude | None = None
+    lon_deg: Longitude | None = None
+    north_m: float | None = None
+    east_m: float | None = None
+    altitude_m: Annotated[float, Field(ge=-1000.0, le=100_000.0)]
+
+    @model_validator(mode="after")
+    def _one_pair(self) -> Self:
+        geodetic = (self.lat_deg is not None, self.lon_deg is not None)
+        local = (self.north_m is not None, self.east_m is not None)
+        if not ((all(geodetic) and not any(local)) or (all(local) and not any(geodetic))):
+            raise ValueError("give either lat_deg and lon_deg, or north_m and east_m")
+        return self
+
+    @property
+    def is_geodetic(self) -> bool:
+        """Whether the point is given as latitude and longitude."""
+        return self.lat_deg is not None
+
+    def ned(self, frame: LocalFrame) -> FloatArray:
+        """Return the point in the local frame, shape (3,), m."""
+        if self.lat_deg is not None and self.lon_deg is not None:
+            return frame.to_ned(math.radians(self.lat_deg), math.radians(self.lon_deg), self.altitude_m)
+        point = frame.to_ned(frame.latitude, frame.longitude, self.altitude_m)
+        point[:2] = self.north_m, self.east_m
+        return point
+
+
+class WaypointConfig(PositionConfig):
+    """A point of a path, with the ground speed wanted on the leg that ends there."""
+
+    speed_mps: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+
+
+def path_arrays(
+    waypoints: Sequence[WaypointConfig], speed_mps: float | None, frame: LocalFrame
+) -> tuple[FloatArray, FloatArray]:
+    """Return the points (n, 3) of a path in the local frame, m, and the speed (n,) on the leg to each, m/s."""
+    points = np.stack([w.ned(frame) for w in waypoints])
+    speeds = [speed_mps if w.speed_mps is None else w.speed_mps for w in waypoints]
+    return points, np.array(speeds, float)
+
+
+def _check_speeds(waypoints: Sequence[WaypointConfig], speed_mps: float | None) -> None:
+    if speed_mps is None and any(w.speed_mps is None for w in waypoints):
+        raise ValueError("speed_mps is missing: give one for all waypoints, or one at each")
+
+
+class MissionConfig(PartConfig):
+    """The path that the ownship is to fly; the first waypoint is where it starts."""
+
+    waypoints: Annotated[tuple[WaypointConfig, ...], Field(min_length=2)]
+    speed_mps: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
+    start_time_s: float = 0.0
+
+    @model_validator(mode="after")
+    def _speeds_known(self) -> Self:
+        _check_speeds(self.waypoints, self.speed_mps)
+        return self
+
+    def mission(self, frame: LocalFrame) -> Mission:
+        """Return the mission in the local frame."""
+        waypoints, speeds = path_arrays(self.waypoints, self.speed_mps, frame)
+        return Mission(waypoints=waypoints, speeds=speeds, t_start=self.start_time_s)
+
+
+class WindConfig(PartConfig):
+    """A constant wind: where the air moves to."""
+
+    north_mps: Annotated[float, Field(ge=-150.0, le=150.0)] = 0.0
+    east_mps: Annotated[float, Field(ge=-150.0, le=150.0)] = 0.0
+    up_mps: Annotated[float, Field(ge=-50.0, le=50.0)] = 0.0
+
+    def vector(self) -> FloatArray:
+        """Return the velocity of the air in the local frame (north, east, down), shape (3,), m/s."""
+        return np.array([self.north_mps, self.east_mps, -self.up_mps])
+
+
+class IntruderConfig(PartConfig):
+    """A simulated aircraft: on a straight course from a position, or along waypoints."""
+
+    address: Annotated[str, Field(pattern=r"^[0-9a-f]{6}$")]
+    callsign: str | None = None
+    position: PositionConfig | None = None
+    course_deg: Annotated[float, Field(ge=-360.0, le=360.0)] | None = None
+    speed_mps: Speed | None = None
+    climb_rate_mps: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
+    waypoints: tuple[WaypointConfig, ...] = ()
+
+    @field_validator("address", mode="before")
+    @classmethod
+    def _lower_case(cls, value: object) -> object:
+        return value.lower() if isinstance(value, str) else value
+
+    @model_validator(mode="after")
+    def _straight_or_waypoints(self) -> Self:
+        straight = self.position is not None and self.course_deg is not None and self.speed_mps is not None
+        if self.waypoints:
+            if self.position is not None or self.course_deg is not None or self.climb_rate_mps != 0.0:
+                raise ValueError("give either waypoints, or position, course_deg and climb_rate_mps, not both")
+            if len(self.waypoints) < 2:
+                raise ValueError("waypoints needs at least two points")
+            _check_speeds(self.waypoints, self.speed_mps)
+        elif not straight:
+            raise ValueError("give position, course_deg and speed_mps, or waypoints")
+        return self
+
+    def velocity(self) -> FloatArray:
+        """Return the velocity of a straight course in the local frame, shape (3,), m/s."""
+        course, speed = math.radians(self.course_deg or 0.0), self.speed_mps or 0.0
+        return np.array([speed * math.cos(course), speed * math.sin(course), -self.climb_rate_mps])
+
+
+class SimulatedTrafficConfig(PartConfig):
+    """Traffic made by the simulation, seen through the sensor's error model."""
+
+    intruders: tuple[IntruderConfig, ...] = ()
+
+    @model_validator(mode="after")
+    def _addresses_differ(self) -> Self:
+        addresses = [i.address for i in self.intruders]
+        twice = sorted({a for a in addresses if addresses.count(a) > 1})
+        if twice:
+            raise ValueError(f"two intruders have the same address: {', '.join(twice)}")
+        return self
+
+
+class RecordedTrafficConfig(PartConfig):
+    """Traffic from a file, standard input (`-`) or a live receiver (`beast://host:port`, `sbs://host:port`)."""
+
+    path: str | None = None
+    format: str = "auto"
+    max_gap_s: Annotated[float, Field(gt=0.0)] = 15.0
+
+
+TRAFFIC: Mapping[str, type[PartConfig]] = {"simulated": SimulatedTrafficConfig, "recorded": RecordedTrafficConfig}
+
+
+class CylinderConfig(PartConfig):
+    """A cylinder about the intruder."""
+
+    radius_m: Annotated[float, Field(gt=0.0)]
+    half_height_m: Annotated[float, Field(gt=0.0)]
+
+
+def _volume_tag(value: Any) -> str:
+    return "preset" if isinstance(value, str) else "cylinder"
+
+
+class EvaluationConfig(PartConfig):
+    """What a run is judged by; all counts are made on true states."""
+
+    well_clear_volume: PresetName = "astm_f3442"
+    collision_volume: Annotated[
+        Annotated[PresetName, Tag("preset")] | Annotated[CylinderConfig, Tag("cylinder")], Discriminator(_volume_tag)
+    ] = "nmac"
+    horizontal_miss_filter: bool = False

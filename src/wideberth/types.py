@@ -81,6 +81,16 @@ class SourceInfo:
 
 
 @dataclass(frozen=True, slots=True)
+class SensorHealth:
+    """How a sensor does: age of its last message (s, inf if none), messages a second, rejects by cause, state in words."""
+
+    age: float
+    rate: float
+    rejects: Mapping[str, int]
+    state: str = "ok"
+
+
+@dataclass(frozen=True, slots=True)
 class Scan:
     """Measurements of one sensor over one step. An empty scan is information: the sensor lives and saw nothing.
 
@@ -106,6 +116,8 @@ class Scan:
     sensor_attitude : ndarray, shape (3, 3)
     field_of_view : tuple of float
         Azimuth and elevation half-widths, rad; (pi, pi/2) sees everything.
+    health : SensorHealth or None
+        How the sensor does at time `t`.
     """
 
     t: float
@@ -120,6 +132,7 @@ class Scan:
     sensor_position: FloatArray = field(default_factory=lambda: np.zeros(3))
     sensor_attitude: FloatArray = field(default_factory=lambda: np.eye(3))
     field_of_view: tuple[float, float] = (np.pi, np.pi / 2)
+    health: SensorHealth | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,16 +258,6 @@ class Mission:
     speeds: FloatArray
     t_start: float
     index: int = 1
-
-
-@dataclass(frozen=True, slots=True)
-class SensorHealth:
-    """How a sensor does: age of its last message (s, inf if none), messages a second, rejects by cause, state in words."""
-
-    age: float
-    rate: float
-    rejects: Mapping[str, int]
-    state: str = "ok"
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,521 @@
+"""Recordings: every step of a run in an MCAP file, exact to the bit, readable up to the last whole second after a crash.
+
+The file has four channels. ``scenario`` holds one JSON message, the others one msgpack message a step: ``inputs`` (what
+came in), ``snapshot`` (what was made of it) and, in simulation, ``truth``. Each channel's schema says how to read it.
+"""
+
+import functools
+import math
+import os
+import struct
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Any, NamedTuple, Self, TypeVar
+
+import msgspec
+import numpy as np
+from mcap.records import Channel, Chunk, DataEnd, Header, Message
+from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.writer import CompressionType, Writer
+from numpy.typing import NDArray
+
+from wideberth import __version__
+from wideberth.errors import InputError
+from wideberth.frames import LocalFrame
+from wideberth.simulation.truth import Truth
+from wideberth.types import (
+    Maneuver,
+    Mission,
+    Ownship,
+    Scan,
+    SensorHealth,
+    Snapshot,
+    SourceInfo,
+    Threat,
+    Track,
+)
+
+FloatArray = NDArray[np.float64]
+T = TypeVar("T")
+
+FORMAT_VERSION = 1
+PROFILE = "wideberth"
+ARRAY_CODE = 1
+PACKED_SYMMETRIC = 0x80
+# A chunk ends only where we say so: then it always holds whole steps.
+_CHUNK_SIZE = 1 << 40
+_RECORD_SIZE_MAX = 1 << 30
+
+_ARRAY_TEXT = f"""Encoding: msgpack. A record is a map of its fields' names. Units: SI, radians, local NED.
+An array is an extension of type {ARRAY_CODE}: one byte with the number of dimensions (plus {PACKED_SYMMETRIC} where the last two
+are a symmetric matrix of which only the upper triangle, row by row, is stored), the shape as little-endian uint32,
+then the elements as little-endian float64.
+"""
+
+
+class RecordedStep(NamedTuple):
+    """One step of a recording.
+
+    Attributes
+    ----------
+    t : float
+        Time, s.
+    ownship : Ownship
+        As it went into the pipeline.
+    scans : list of Scan
+        As they went into the pipeline.
+    snapshot : Snapshot
+        What came out.
+    truth : Truth or None
+        The true states, where the world knew them.
+    """
+
+    t: float
+    ownship: Ownship
+    scans: list[Scan]
+    snapshot: Snapshot
+    truth: Truth | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Inputs:
+    t: float
+    ownship: Ownship
+    scans: list[Scan]
+
+
+@dataclass(frozen=True, slots=True)
+class _MissionText:
+    waypoints: list[list[float]]
+    speeds: list[float]
+    t_start: float
+    index: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Preamble:
+    version: int
+    wideberth: str
+    scenario: dict[str, Any]
+    mission: _MissionText | None
+    origin_latitude: float
+    origin_longitude: float
+
+
+@functools.cache
+def _upper(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+    rows, columns = np.triu_indices(n)
+    return rows, columns, rows * n + columns
+
+
+def _pack_array(array: NDArray[Any]) -> bytes:
+    a = np.ascontiguousarray(array, "<f8").reshape(array.shape)
+    shape: tuple[int, ...] = a.shape
+    head = struct.pack(f"<{a.ndim}I", *shape)
+    data = a.tobytes()
+    if a.ndim >= 2 and shape[-1] == shape[-2] > 1 and data == a.swapaxes(-1, -2).tobytes():
+        # Equal as bits: NaN and the sign of zero count.
+        upper = a.reshape(*shape[:-2], shape[-1] ** 2).take(_upper(shape[-1])[2], axis=-1)
+        return bytes([a.ndim | PACKED_SYMMETRIC]) + head + upper.tobytes()
+    return bytes([a.ndim]) + head + data
+
+
+def _unpack_array(data: bytes | memoryview) -> FloatArray:
+    dimensions = data[0] & ~PACKED_SYMMETRIC
+    shape = struct.unpack_from(f"<{dimensions}I", data, 1)
+    values = np.frombuffer(data, "<f8", offset=1 + 4 * dimensions)
+    # Copies, so that the arrays are aligned and writable as they were.
+    if not data[0] & PACKED_SYMMETRIC:
+        return values.reshape(shape).astype(np.float64)
+    rows, columns, _ = _upper(shape[-1])
+    a = np.empty(shape)
+    a[..., rows, columns] = a[..., columns, rows] = values.reshape(*shape[:-2], len(rows))
+    return a
+
+
+def _encode_other(value: object) -> object:
+    if isinstance(value, np.ndarray):
+        return msgspec.msgpack.Ext(ARRAY_CODE, _pack_array(value))
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise NotImplementedError(f"a {type(value).__name__} cannot be recorded")
+
+
+def _decode_extension(code: int, data: memoryview) -> object:
+    if code != ARRAY_CODE:
+        raise ValueError(f"unknown extension {code}")
+    return _unpack_array(data)
+
+
+def _decode_other(kind: type, value: object) -> object:
+    # The array type of `types` reaches here; the extension hook has already made the array.
+    if isinstance(value, np.ndarray):
+        return value
+    raise ValueError(f"expected {kind}, not a {type(value).__name__}")
+
+
+_ENCODER = msgspec.msgpack.Encoder(enc_hook=_encode_other)
+
+
+def _decoder(kind: type[T]) -> "msgspec.msgpack.Decoder[T]":
+    return msgspec.msgpack.Decoder(kind, dec_hook=_decode_other, ext_hook=_decode_extension)
+
+
+def encode(value: object) -> bytes:
+    """Return the recorded form of one of the values of `wideberth.types`: equal bytes mean equal to the last bit."""
+    return _ENCODER.encode(value)
+
+
+def _describe(*kinds: type) -> str:
+    lines = []
+    for kind in kinds:
+        assert is_dataclass(kind)
+        lines.append(f"{kind.__name__.lstrip('_')}:")
+        lines += [f"  {f.name}: {f.type if isinstance(f.type, str) else _type_name(f.type)}" for f in fields(kind)]
+    return "\n".join(lines)
+
+
+def _type_name(kind: object) -> str:
+    text = getattr(kind, "__name__", "") if isinstance(kind, type) and not getattr(kind, "__args__", ()) else str(kind)
+    return "array of float64" if "ndarray" in text else text.replace("wideberth.types.", "")
+
+
+class Recorder:
+    """Write a recording; a context manager.
+
+    A finished chunk goes to the file at least once a second of recorded time, so that a killed process loses less than
+    its last second.
+
+    Parameters
+    ----------
+    path : str or Path
+        File to write; replaced where it exists.
+    scenario : mapping
+        The resolved scenario, JSON types only.
+    mission : Mission or None
+        What the ownship flies; replay needs it.
+    frame : LocalFrame
+        The local frame's origin.
+    flush_period : float
+        Longest recorded time between two writes to the file, s.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be opened or, later, written (a full disk).
+    """
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        scenario: Mapping[str, Any],
+        *,
+        mission: Mission | None,
+        frame: LocalFrame,
+        flush_period: float = 1.0,
+    ) -> None:
+        self.path = Path(path)
+        self._flush_period = flush_period
+        self._chunk_start = math.nan
+        self._t = math.nan
+        self._sequence = 0
+        self._failed = False
+        preamble = _Preamble(
+            FORMAT_VERSION,
+            __version__,
+            dict(scenario),
+            None
+            if mission is None
+            else _MissionText(
+                mission.waypoints.tolist(), mission.speeds.tolist(), float(mission.t_start), int(mission.index)
+            ),
+            frame.latitude,
+            frame.longitude,
+        )
+        try:
+            text = msgspec.json.encode(preamble, enc_hook=_encode_plain)
+        except (TypeError, NotImplementedError) as error:
+            raise InputError(f"the scenario cannot be recorded: {error}") from error
+        try:
+            self._file: IO[bytes] = self.path.open("wb")
+        except OSError as error:
+            raise self._error(error) from error
+        self._writer = Writer(self._file, chunk_size=_CHUNK_SIZE, compression=CompressionType.ZSTD)
+        with _Guard(self):
+            self._writer.start(PROFILE, f"wideberth {__version__}")
+            self._channels = {
+                "scenario": self._channel("scenario", "json", "JSON: " + _describe(_Preamble, _MissionText)),
+                "inputs": self._channel(
+                    "inputs", "msgpack", _ARRAY_TEXT + _describe(_Inputs, Ownship, Scan, SourceInfo)
+                ),
+                "snapshot": self._channel(
+                    "snapshot",
+                    "msgpack",
+                    _ARRAY_TEXT + _describe(Snapshot, Ownship, Track, SourceInfo, Threat, Maneuver, SensorHealth),
+                ),
+                "truth": self._channel("truth", "msgpack", _ARRAY_TEXT + _describe(Truth)),
+            }
+            start = 0 if mission is None else _nanoseconds(mission.t_start)
+            self._writer.add_message(self._channels["scenario"], start, text, start)
+            self._writer.flush()  # type: ignore[no-untyped-call]
+
+    def _channel(self, topic: str, encoding: str, schema: str) -> int:
+        schema_id = self._writer.register_schema(f"wideberth.{topic}", "text", schema.encode())
+        return self._writer.register_channel(topic, encoding, schema_id)
+
+    def write(self, snapshot: Snapshot, scans: list[Scan], truth: Truth | None = None) -> None:
+        """Add one step: what came out, what went in (`snapshot.ownship` and the scans), and the true states."""
+        t = snapshot.t
+        with _Guard(self):
+            self._add("inputs", t, _Inputs(t, snapshot.ownship, list(scans)))
+            self._add("snapshot", t, snapshot)
+            if truth is not None:
+                self._add("truth", t, truth)
+            self._sequence += 1
+            if math.isnan(self._chunk_start):
+                self._chunk_start = t
+            # The next step, if as long as this one, would pass the period: write now.
+            step = 0.0 if math.isnan(self._t) else max(0.0, t - self._t)
+            self._t = t
+            if not 0 <= t + step - self._chunk_start < self._flush_period - 1e-9:
+                self._writer.flush()  # type: ignore[no-untyped-call]
+                self._chunk_start = math.nan
+
+    def _add(self, topic: str, t: float, value: object) -> None:
+        stamp = _nanoseconds(t)
+        self._writer.add_message(self._channels[topic], stamp, _ENCODER.encode(value), stamp, self._sequence)
+
+    def close(self) -> None:
+        """Finish the file. Does nothing when it is closed."""
+        if self._file.closed:
+            return
+        with _Guard(self):
+            self._writer.finish()  # type: ignore[no-untyped-call]
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._failed:
+            self.close()
+
+    def _error(self, error: OSError) -> InputError:
+        return InputError(f"cannot write the recording {self.path}: {error.strerror or error}")
+
+    def _abandon(self) -> None:
+        self._failed = True
+        try:
+            self._file.close()
+        except OSError:
+            # The buffered rest cannot be written either; the first error is the one to report.
+            pass
+
+
+class _Guard:
+    """Turn a failed write into one clear error, and leave the file as it is."""
+
+    def __init__(self, recorder: Recorder) -> None:
+        self._recorder = recorder
+
+    def __enter__(self) -> None:
+        if self._recorder._failed:
+            raise InputError(f"cannot write the recording {self._recorder.path}: an earlier write failed")
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if isinstance(error, OSError):
+            self._recorder._abandon()
+            raise self._recorder._error(error) from error
+
+
+def _encode_plain(value: object) -> object:
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    if isinstance(value, np.ndarray):
+        return value.tolist()
+    return _encode_other(value)
+
+
+def _nanoseconds(t: float) -> int:
+    # MCAP stamps are unsigned; a time before zero is kept exactly inside the message.
+    return max(0, round(t * 1e9))
+
+
+@dataclass(frozen=True)
+class Recording:
+    """A recording in memory, compressed; iterating gives (t, Ownship, list of Scan, Snapshot) of each step.
+
+    Attributes
+    ----------
+    path : Path
+    scenario : dict
+        The resolved scenario.
+    mission : Mission or None
+    frame : LocalFrame
+    complete : bool
+        False where the run was killed or the file is damaged; then everything before the damage is here.
+    message : str
+        How much there is, in words.
+    step_count : int
+    t_start, t_end : float
+        Times of the first and the last step, s; NaN without steps.
+    """
+
+    path: Path
+    scenario: dict[str, Any]
+    mission: Mission | None
+    frame: LocalFrame
+    complete: bool
+    message: str
+    step_count: int
+    t_start: float
+    t_end: float
+    _chunks: list[Chunk] = field(repr=False)
+
+    def steps(self) -> Iterator[RecordedStep]:
+        """Yield every step in order, with the truth where there is one."""
+        for chunk in self._chunks:
+            yield from _steps(chunk, self.path)
+
+    def __iter__(self) -> Iterator[tuple[float, Ownship, list[Scan], Snapshot]]:
+        for step in self.steps():
+            yield step[:4]
+
+    def truths(self) -> Iterator[Truth]:
+        """Yield the true states of each step that has them."""
+        return (step.truth for step in self.steps() if step.truth is not None)
+
+
+def _chunk_messages(chunk: Chunk) -> list[tuple[str, Message]]:
+    topics: dict[int, str] = {}
+    messages = []
+    for record in breakup_chunk(chunk, validate_crc=True):
+        if isinstance(record, Channel):
+            topics[record.id] = record.topic
+        elif isinstance(record, Message):
+            messages.append((topics.get(record.channel_id, _TOPICS.get(record.channel_id, "")), record))
+    return messages
+
+
+# Channels are registered in this order in the first chunk only, which every later chunk relies on.
+_TOPICS = {1: "scenario", 2: "inputs", 3: "snapshot", 4: "truth"}
+_INPUTS = _decoder(_Inputs)
+_SNAPSHOT = _decoder(Snapshot)
+_TRUTH = _decoder(Truth)
+
+
+def _steps(chunk: Chunk, path: Path) -> Iterator[RecordedStep]:
+    by_sequence: dict[int, dict[str, bytes]] = {}
+    for topic, message in _chunk_messages(chunk):
+        if topic != "scenario":
+            by_sequence.setdefault(message.sequence, {})[topic] = message.data
+    for parts in by_sequence.values():
+        try:
+            inputs = _INPUTS.decode(parts["inputs"])
+            snapshot = _SNAPSHOT.decode(parts["snapshot"])
+            truth = _TRUTH.decode(parts["truth"]) if "truth" in parts else None
+        except (KeyError, ValueError, msgspec.DecodeError) as error:
+            raise InputError(f"{path} holds a step that cannot be read ({error}): made by another version?") from error
+        yield RecordedStep(snapshot.t, inputs.ownship, inputs.scans, snapshot, truth)
+
+
+def read_recording(path: str | os.PathLike[str]) -> Recording:
+    """Read a recording, whole or torn.
+
+    Parameters
+    ----------
+    path : str or Path
+
+    Returns
+    -------
+    Recording
+        With everything up to the last whole chunk; `Recording.complete` and `Recording.message` say whether that is all.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is empty, is no recording, or was made by a later version.
+    """
+    path = Path(path)
+    try:
+        size = path.stat().st_size
+        if size == 0:
+            raise InputError(f"{path} is empty: not a recording")
+        with path.open("rb") as file:
+            chunks, damage = _read_chunks(file, path)
+    except OSError as error:
+        raise InputError(f"cannot read the recording {path}: {error.strerror or error}") from error
+    preamble = _read_preamble(chunks, path)
+    steps, times = 0, []
+    for chunk in chunks:
+        stamps = [m.log_time * 1e-9 for topic, m in _chunk_messages(chunk) if topic == "snapshot"]
+        steps += len(stamps)
+        times += [stamps[0], stamps[-1]] if stamps else []
+    t_start, t_end = (times[0], times[-1]) if times else (math.nan, math.nan)
+    message = f"{steps} steps, {t_end - t_start:.1f} s" if steps else "no steps"
+    if damage:
+        message += f"; {damage}"
+    mission = preamble.mission
+    return Recording(
+        path,
+        preamble.scenario,
+        None
+        if mission is None
+        else Mission(np.array(mission.waypoints), np.array(mission.speeds), mission.t_start, mission.index),
+        LocalFrame(preamble.origin_latitude, preamble.origin_longitude),
+        not damage,
+        message,
+        steps,
+        t_start,
+        t_end,
+        chunks,
+    )
+
+
+def _read_chunks(file: IO[bytes], path: Path) -> tuple[list[Chunk], str]:
+    """Return the sound chunks from the start on, and what ended them too early ("" if nothing did)."""
+    chunks: list[Chunk] = []
+    finished = False
+    try:
+        records = StreamReader(file, emit_chunks=True, record_size_limit=_RECORD_SIZE_MAX).records
+        header = next(records)
+        if not isinstance(header, Header) or header.profile != PROFILE:
+            raise InputError(f"{path} is an MCAP file, but not a wideberth recording")
+        for record in records:
+            finished = finished or isinstance(record, DataEnd)
+            if isinstance(record, Chunk):
+                _chunk_messages(record)
+                chunks.append(record)
+        return chunks, ""
+    except (InputError, OSError):
+        raise
+    except Exception as error:  # the MCAP and zstd readers raise many kinds on damaged bytes
+        if not chunks:
+            raise InputError(f"{path} is not a recording, or damaged at its very start ({error})") from error
+    if finished:
+        return chunks, "the index at the file's end is damaged, which loses no step"
+    return chunks, f"the file is torn or damaged at byte {file.tell()}: the recording ends there"
+
+
+def _read_preamble(chunks: list[Chunk], path: Path) -> _Preamble:
+    messages = _chunk_messages(chunks[0]) if chunks else []
+    if not messages or messages[0][0] != "scenario":
+        raise InputError(f"{path} holds no scenario: not a wideberth recording")
+    try:
+        preamble = msgspec.json.decode(messages[0][1].data, type=_Preamble)
+    except msgspec.DecodeError as error:
+        raise InputError(f"{path}: the scenario inside cannot be read ({error})") from error
+    if preamble.version > FORMAT_VERSION:
+        raise InputError(
+            f"{path} has format {preamble.version}, this wideberth reads up to {FORMAT_VERSION}: use wideberth"
+            f" {preamble.wideberth} or later"
+        )
+    return preamble

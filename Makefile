@@ -2,13 +2,50 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
+LOCK := pip-compile --quiet --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --strip-extras --allow-unsafe
 
-.PHONY: setup
+.DEFAULT_GOAL := help
+.PHONY: help setup demo test lint bench hooks lock clean
 
-setup: $(STAMP)
+help:  ## say what can be made
+	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
+
+setup: $(STAMP)  ## make .venv with the locked dependencies
 
 $(STAMP): requirements-dev.lock pyproject.toml
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed: make PYTHON=python3.11 ..." if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements-dev.lock
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	touch $(STAMP)
+
+demo: setup  ## fly the demo with and without avoidance and compare
+	$(BIN)/wideberth run scenarios/adsb_crossing.toml --out out/demo/no-avoidance --no-avoidance
+	$(BIN)/wideberth run scenarios/adsb_crossing.toml --out out/demo/avoidance
+	$(BIN)/wideberth compare out/demo/no-avoidance out/demo/avoidance
+
+lint: setup  ## style, types and the import contracts
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+# The second pass runs the kernels as plain Python: it sees what a compiler hides, and measures their coverage.
+test: lint  ## lint, then every test, then the kernels' tests again without the compiler
+	$(BIN)/wideberth warmup
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term
+	$(BIN)/python -m pytest -n 2
+
+bench: setup  ## measure; results go to benchmarks/results
+	$(BIN)/wideberth warmup
+	$(BIN)/python benchmarks/run.py
+
+hooks: setup  ## run the linters before each commit
+	$(BIN)/pre-commit install
+
+lock:  ## renew the lock files (needs pip-tools)
+	$(LOCK) --output-file requirements.lock pyproject.toml
+	$(LOCK) --extra test --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
+
+clean:  ## remove what was made, except .venv
+	rm -rf out build .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .coverage

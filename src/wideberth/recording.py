@@ -1,9 +1,10 @@
-"""Recordings: every step of a run in an MCAP file, exact to the bit, readable up to the last whole second after a crash.
+"""Recordings: every step of a run in an MCAP file, exact to the bit, readable up to the last second after a crash.
 
 The file has four channels. ``scenario`` holds one JSON message, the others one msgpack message a step: ``inputs`` (what
 came in), ``snapshot`` (what was made of it) and, in simulation, ``truth``. Each channel's schema says how to read it.
 """
 
+import contextlib
 import functools
 import math
 import os
@@ -49,9 +50,9 @@ _CHUNK_SIZE = 1 << 40
 _RECORD_SIZE_MAX = 1 << 30
 
 _ARRAY_TEXT = f"""Encoding: msgpack. A record is a map of its fields' names. Units: SI, radians, local NED.
-An array is an extension of type {ARRAY_CODE}: one byte with the number of dimensions (plus {PACKED_SYMMETRIC} where the last two
-are a symmetric matrix of which only the upper triangle, row by row, is stored), the shape as little-endian uint32,
-then the elements as little-endian float64.
+An array is an extension of type {ARRAY_CODE}: one byte with the number of dimensions (plus {PACKED_SYMMETRIC} where the
+last two are a symmetric matrix of which only the upper triangle, row by row, is stored), the shape as little-endian
+uint32, then the elements as little-endian float64.
 """
 
 
@@ -311,11 +312,9 @@ class Recorder:
 
     def _abandon(self) -> None:
         self._failed = True
-        try:
+        # The buffered rest cannot be written either; the first error is the one to report.
+        with contextlib.suppress(OSError):
             self._file.close()
-        except OSError:
-            # The buffered rest cannot be written either; the first error is the one to report.
-            pass
 
 
 class _Guard:
@@ -437,7 +436,7 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     Returns
     -------
     Recording
-        With everything up to the last whole chunk; `Recording.complete` and `Recording.message` say whether that is all.
+        Everything up to the last whole chunk; `Recording.complete` and `Recording.message` say whether that is all.
 
     Raises
     ------

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-
 from tests.made_runs import FRAME, MISSION, made_steps
+
 from wideberth.errors import InputError
 from wideberth.recording import Recorder, encode, read_recording
 from wideberth.types import AlertLevel

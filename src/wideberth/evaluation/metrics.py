@@ -1,0 +1,291 @@
+"""What a run is scored by: losses of separation on true states, alerts, maneuvers and reversals."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.conflict.well_clear import PRESETS, WellClearVolume, violation
+from wideberth.evaluation.reversals import ReversalCounter
+from wideberth.simulation.truth import Truth
+from wideberth.types import AlertLevel, Mission, Snapshot
+from wideberth.units import FOOT
+
+FloatArray = NDArray[np.float64]
+
+NMAC_HORIZONTAL = 500 * FOOT
+NMAC_VERTICAL = 100 * FOOT
+# Wider than rounding, so that the bounds on what can be inside never cut off a touch, m.
+_SLACK = 1e-3
+# Names of the two volumes that a scenario chooses itself, in the table of each intruder.
+COLLISION = "collision_volume"
+WELL_CLEAR = "well_clear_volume"
+
+
+class RunMetrics:
+    """Score one run, step by step.
+
+    Losses are counted on the true states at each step, one per intruder and run, whatever its length: NMAC within
+    500 ft and 100 ft, each well-clear preset, and the scenario's own two volumes.
+
+    Parameters
+    ----------
+    collision_volume : WellClearVolume
+        The scenario's own; `violation_count` counts it.
+    well_clear_volume : WellClearVolume or str
+        The scenario's own or the name of a preset; `loss_of_well_clear_count` counts it.
+    presets : mapping of str to WellClearVolume
+        Rows of `loss_of_well_clear_by_volume`.
+    horizontal_miss_filter : bool
+        False: a closing pair whose modified tau is at most TTHR has lost well clear, wherever it is heading.
+        True: only if its projected horizontal miss distance at the CPA is within DTHR, as WCV_TAUMOD is defined.
+    """
+
+    def __init__(
+        self,
+        collision_volume: WellClearVolume,
+        well_clear_volume: WellClearVolume | str,
+        presets: Mapping[str, WellClearVolume] = PRESETS,
+        *,
+        horizontal_miss_filter: bool = False,
+    ) -> None:
+        own = presets[well_clear_volume] if isinstance(well_clear_volume, str) else well_clear_volume
+        self.horizontal_miss_filter = horizontal_miss_filter
+        self._presets = tuple(presets)
+        self._volumes = {**presets, COLLISION: collision_volume, WELL_CLEAR: own}
+        self._losses: dict[str, dict[str, float]] = {name: {} for name in self._volumes}
+        self._nmacs: dict[str, float] = {}
+        self._closest: dict[str, tuple[float, float, float, float]] = {}
+        self._worst: tuple[float, float, float, float, str] | None = None
+        self._invalid_truths = 0
+        self._truth_seen = False
+        self._path_length = 0.0
+        self._last_position: FloatArray | None = None
+        self._t_first = self._t_last = math.nan
+        self._levels: dict[str, AlertLevel] = {}
+        self._alerts: list[tuple[float, str]] = []
+        self._maneuver_times: list[float] = []
+        self._least_bad = 0
+        self._last_maneuver_t = math.nan
+        self._reversals = ReversalCounter()
+        self._step_times: list[float] = []
+        self._sensors: dict[str, dict[str, Any]] = {}
+        self._worst_alert = AlertLevel.CLEAR
+        self._unknown_steps = 0
+        self._callsigns: dict[str, str] = {}
+
+    def update(self, t: float, own_position: FloatArray, own_velocity: FloatArray, truth: Truth | None) -> None:
+        """Score the true states of one step.
+
+        Parameters
+        ----------
+        t : float
+            Time, s.
+        own_position, own_velocity : ndarray, shape (3,)
+            Of the ownship, true, local NED, m and m/s.
+        truth : Truth or None
+            The intruders' true states; None where nobody knows them.
+        """
+        if self._last_position is not None:
+            self._path_length += float(np.linalg.norm(own_position - self._last_position))
+        self._last_position = np.array(own_position)
+        if math.isnan(self._t_first):
+            self._t_first = t
+        self._t_last = t
+        if truth is None:
+            return
+        self._truth_seen = True
+        if truth.ids:
+            self._score(t, own_position, own_velocity, truth)
+
+    def _score(self, t: float, own_position: FloatArray, own_velocity: FloatArray, truth: Truth) -> None:
+        relative = truth.positions - own_position
+        horizontal = np.hypot(relative[:, 0], relative[:, 1])
+        vertical = np.abs(relative[:, 2])
+        ratio = np.maximum(horizontal / NMAC_HORIZONTAL, vertical / NMAC_VERTICAL)
+        speed = np.hypot(truth.velocities[:, 0] - own_velocity[0], truth.velocities[:, 1] - own_velocity[1])
+        climb = np.abs(truth.velocities[:, 2] - own_velocity[2])
+        valid = np.isfinite(ratio) & np.isfinite(speed) & np.isfinite(climb)
+        self._invalid_truths += int(len(valid) - np.count_nonzero(valid))
+        for i in np.flatnonzero(valid):
+            name = truth.ids[i]
+            closest = self._closest.get(name)
+            if closest is None or ratio[i] < closest[0]:
+                self._closest[name] = (float(ratio[i]), t, float(horizontal[i]), float(vertical[i]))
+            if ratio[i] <= 1.0:
+                self._nmacs.setdefault(name, t)
+        for volume_name, volume in self._volumes.items():
+            # No pair beyond these bounds can be inside: modified tau <= TTHR needs r <= DTHR + TTHR |v|.
+            near = (
+                valid
+                & (horizontal <= volume.dthr + volume.tthr * speed + _SLACK)
+                & (vertical <= volume.zthr + volume.tcoa * climb + _SLACK)
+            )
+            rows = np.flatnonzero(near)
+            if not rows.size:
+                continue
+            inside = violation(
+                volume,
+                own_position,
+                own_velocity,
+                truth.positions[rows],
+                truth.velocities[rows],
+                miss_filter=self.horizontal_miss_filter,
+            )
+            for i in rows[inside]:
+                self._losses[volume_name].setdefault(truth.ids[i], t)
+
+    def observe(self, snapshot: Snapshot, step_time: float | None = None) -> None:
+        """Score what the pipeline did in one step.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+        step_time : float, optional
+            How long the step took, s; else the sum of the snapshot's stage times.
+        """
+        t = snapshot.t
+        levels = {threat.track_id: threat.level for threat in snapshot.threats}
+        for name, level in levels.items():
+            if level >= AlertLevel.CORRECTIVE > self._levels.get(name, AlertLevel.CLEAR):
+                self._alerts.append((t, name))
+        self._levels = levels
+        self._worst_alert = max(self._worst_alert, snapshot.alert_state)
+        self._unknown_steps += snapshot.alert_state == AlertLevel.UNKNOWN
+        maneuver = snapshot.maneuver
+        if maneuver is None:
+            self._last_maneuver_t = math.nan
+        elif maneuver.t != self._last_maneuver_t:
+            self._last_maneuver_t = maneuver.t
+            self._maneuver_times.append(t)
+            self._least_bad += maneuver.least_bad
+        self._reversals.update(snapshot)
+        for track in snapshot.tracks:
+            if track.info.callsign:
+                self._callsigns[track.id] = track.info.callsign
+        for name, health in snapshot.sensors.items():
+            self._sensors[name] = {
+                "state": health.state,
+                "age_s": health.age,
+                "rate_hz": health.rate,
+                "rejects": {cause: int(count) for cause, count in health.rejects.items()},
+            }
+        taken = sum(snapshot.stage_times.values()) if step_time is None else step_time
+        self._step_times.append(taken)
+
+    @property
+    def reversals(self) -> int:
+        """Reversals so far; see `ReversalCounter`."""
+        return self._reversals.count
+
+    def losses(self, volume: str) -> dict[str, float]:
+        """Return the time of the first loss of each intruder, for a preset, `COLLISION` or `WELL_CLEAR`."""
+        return dict(self._losses[volume])
+
+    def summary(
+        self,
+        *,
+        seed: int,
+        mission: Mission | None,
+        mission_completed: bool,
+        extra: Mapping[str, Any] | None = None,
+    ) -> dict[str, Any]:
+        """Return the run's scores: JSON types only, None where something is undefined.
+
+        Parameters
+        ----------
+        seed : int
+        mission : Mission or None
+            Its length is the sum of its legs, in space.
+        mission_completed : bool
+        extra : mapping, optional
+            Further keys to add, such as the counters of the decoder.
+        """
+        known = self._truth_seen
+        mission_length = None
+        if mission is not None:
+            mission_length = float(np.linalg.norm(np.diff(mission.waypoints, axis=0), axis=1).sum())
+        worst = min(self._closest.items(), key=lambda item: item[1][0], default=None)
+        notes = []
+        if not known:
+            notes.append("the true states are not known: no separation is scored")
+        if self._invalid_truths:
+            notes.append(f"{self._invalid_truths} true states were not finite and are not scored")
+        summary = {
+            "intruders": len(self._closest) if known else None,
+            "nmac_count": len(self._nmacs) if known else None,
+            "loss_of_well_clear_count": len(self._losses[WELL_CLEAR]) if known else None,
+            "loss_of_well_clear_by_volume": {
+                name: len(self._losses[name]) if known else None for name in self._presets
+            },
+            "violation_count": len(self._losses[COLLISION]) if known else None,
+            "min_horizontal_separation_m": worst[1][2] if worst else None,
+            "min_vertical_separation_m": worst[1][3] if worst else None,
+            "alerts": len(self._alerts),
+            "maneuvers": len(self._maneuver_times),
+            "reversals": self._reversals.count,
+            "path_length_m": self._path_length,
+            "mission_path_length_m": mission_length,
+            "mission_completed": bool(mission_completed),
+            "step_time_ms": _milliseconds(self._step_times),
+            "seed": seed,
+            "horizontal_miss_filter": self.horizontal_miss_filter,
+            "duration_s": self._t_last - self._t_first if self._step_times or known else None,
+            "start_time_s": self._t_first,
+            "steps": len(self._step_times),
+            "closest_intruder": worst[0] if worst else None,
+            "closest_time_s": worst[1][1] if worst else None,
+            "worst_alert": self._worst_alert.name.lower(),
+            "unknown_alert_steps": self._unknown_steps,
+            "least_bad_maneuvers": self._least_bad,
+            "sensors": self._sensors,
+            "rejections": {name: sensor["rejects"] for name, sensor in self._sensors.items()},
+            "per_intruder": self._per_intruder(),
+            "notes": notes,
+            **(extra or {}),
+        }
+        cleaned = _without_nan(summary)
+        assert isinstance(cleaned, dict)
+        return cleaned
+
+    def _per_intruder(self) -> list[dict[str, Any]]:
+        """Return a row for each intruder, the closest first."""
+        rows = []
+        for name, (ratio, t, horizontal, vertical) in sorted(self._closest.items(), key=lambda item: item[1][0]):
+            first_losses = {v: self._losses[v][name] for v in self._volumes if name in self._losses[v]}
+            rows.append(
+                {
+                    "id": name,
+                    "callsign": self._callsigns.get(name),
+                    "closest_time_s": t,
+                    "horizontal_separation_m": horizontal,
+                    "vertical_separation_m": vertical,
+                    "separation_ratio": ratio,
+                    "nmac_time_s": self._nmacs.get(name),
+                    "first_loss_time_s": first_losses,
+                    "alerts": sum(1 for _, alerted in self._alerts if alerted == name),
+                }
+            )
+        return rows
+
+
+def _milliseconds(seconds: list[float]) -> dict[str, float | None]:
+    if not seconds:
+        return {"mean": None, "p95": None, "max": None}
+    values = 1e3 * np.asarray(seconds)
+    return {"mean": float(values.mean()), "p95": float(np.percentile(values, 95)), "max": float(values.max())}
+
+
+def _without_nan(value: object) -> object:
+    """Replace what JSON cannot say (NaN, infinities, numpy scalars)."""
+    if isinstance(value, Mapping):
+        return {str(k): _without_nan(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(v) for v in value]
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,245 @@
+"""One decision: fly the mission, keep the maneuver, or fly a new one.
+
+All three are flown ahead with the vehicle's own dynamics and guidance and judged by the same risk, so that a maneuver
+is kept until another is clearly better, and the mission is resumed only when flying it is safe.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth._jit import jit
+from wideberth.avoidance.graph_kernels import (
+    CLIMB,
+    COURSE,
+    DOWN,
+    EAST,
+    N_LABEL,
+    N_LIMITS,
+    NORTH,
+    SPEED,
+    search_map,
+)
+from wideberth.avoidance.kernels import (
+    COST,
+    FIRST_HARD,
+    FIRST_OUTER,
+    N_MET,
+    N_RISK,
+    TIME_HARD,
+    evaluate_path,
+    point_along,
+    terminal_cost,
+    wrap,
+)
+from wideberth.vehicles.kernels import N_PARAMS, fly_path, waypoint_passed
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# What was decided.
+MISSION, KEEP, NEW, RETURN = 0, 1, 2, 3
+
+# The maneuver being flown, kept by the caller between decisions.
+ACTIVE, T_CHOSEN, TURN_SENSE, CLIMB_SENSE, LEAST_BAD, SAFE_SINCE, N_POINTS, POINT_INDEX = 0, 1, 2, 3, 4, 5, 6, 7
+N_PLAN = 8
+
+# When to decide what.
+DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN = 0, 1, 2, 3, 4, 5, 6
+N_POLICY = 7
+
+
+STRIDE = 2  # flight is integrated in half steps of the grid
+
+
+@jit
+def look_ahead(
+    x: Floats, points: Floats, speeds: Floats, index: int, vehicle: Floats, dt: float, states: Floats
+) -> None:
+    """Fly a path ahead: `states` (STRIDE (n - 1) + 1, 7) starts with now and goes on in steps of ``dt / STRIDE``."""
+    states[0] = x
+    n = states.shape[0] - 1
+    fly_path(x, points, speeds, index, vehicle, np.zeros(3), dt / STRIDE, n, states[1:])
+
+
+@jit
+def advance_index(x: Floats, points: Floats, index: int, vehicle: Floats) -> int:
+    """Return the point of a path that is flown to now."""
+    while index < points.shape[0] and waypoint_passed(x, points, index, vehicle, np.zeros(3)):
+        index += 1
+    return index
+
+
+@jit
+def path_cost(
+    states: Floats, goal: Floats, speed: float, climb_rate: float, goal_weights: Floats, met: Floats
+) -> float:
+    """Return what a flown path cost: its risk, plus being away from the mission at its end."""
+    x = states[states.shape[0] - 1]
+    return met[COST] + terminal_cost(x[0], x[1], x[2], goal, speed, climb_rate, goal_weights)
+
+
+@jit
+def decide(
+    t: float,
+    x: Floats,
+    mission: Floats,
+    mission_speeds: Floats,
+    mission_index: int,
+    vehicle: Floats,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    geometry: int,
+    ring_start: Integers,
+    ring_steps: Integers,
+    headings: Floats,
+    heights: Floats,
+    limits: Floats,
+    risk: Floats,
+    search_risk: Floats,
+    goal_weights: Floats,
+    policy: Floats,
+    plan: Floats,
+    points: Floats,
+    speeds: Floats,
+    times: Floats,
+    states: Floats,
+    labels: Floats,
+    parent: Integers,
+    path: Integers,
+    met_mission: Floats,
+    met_kept: Floats,
+    met_new: Floats,
+) -> int:
+    """Decide what to fly.
+
+    Parameters
+    ----------
+    t : float
+        Now, s.
+    x : ndarray, shape (7,)
+        The ownship as a point-mass state in the ground frame.
+    mission, mission_speeds, mission_index
+        The mission and its next waypoint.
+    vehicle : ndarray
+        Parameters of the point mass.
+    intruders, weight, n_intruders
+        As filled by `predict_intruders` on the grid of `states`.
+    geometry, ring_start, ring_steps, headings, heights, limits, goal_weights
+        As for `search_map`.
+    risk, search_risk : ndarray
+        What flown paths are judged by, and what the map is searched with (the same, unless the search is as printed).
+    policy : ndarray, shape (N_POLICY,)
+    plan : ndarray, shape (N_PLAN,)
+        The maneuver being flown; updated.
+    points, speeds, times : ndarray, shape (rings + 1, 3), (rings + 1,), (rings + 1,)
+        Its waypoints (the first is where it began); overwritten by a new one.
+    states : ndarray, shape (STRIDE (n - 1) + 1, 7)
+        Buffer for flying ahead over n grid times.
+    labels, parent, path
+        Buffers of `search_map`.
+    met_mission, met_kept, met_new : ndarray, shape (N_MET,)
+        Overwritten with what flying each of the three would meet.
+
+    Returns
+    -------
+    int
+        `MISSION`, `KEEP`, `NEW` or `RETURN`.
+    """
+    dt = policy[DT]
+    n = (states.shape[0] - 1) // STRIDE + 1
+    goal, start = np.empty(3), np.empty(N_LABEL)
+    # The speed the mission wants, not the one of this moment: a plan flown slowly would look safe and never be flown.
+    wanted = mission_speeds[min(mission_index, mission_speeds.shape[0] - 1)]
+    limits[SPEED] = wanted
+    point_along(mission, mission_index, x[0], x[1], wanted * (n - 1) * dt, goal)
+    active = plan[ACTIVE] > 0.0
+
+    look_ahead(x, mission, mission_speeds, mission_index, vehicle, dt, states)
+    margin = policy[RETURN_MARGIN] if active else 1.0
+    evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, margin, risk, met_mission)
+    threatened = met_mission[FIRST_OUTER] <= policy[TRIGGER] or met_mission[FIRST_HARD] < math.inf
+    if not active and not threatened:
+        return MISSION
+    if active:
+        if threatened:
+            plan[SAFE_SINCE] = math.inf
+        else:
+            plan[SAFE_SINCE] = min(plan[SAFE_SINCE], t)
+            if t - plan[T_CHOSEN] >= policy[HOLD] and t - plan[SAFE_SINCE] >= policy[CLEAR_TIME]:
+                plan[:] = 0.0
+                return RETURN
+
+    kept_cost = math.inf
+    if active:
+        n_points = int(plan[N_POINTS])
+        index = int(plan[POINT_INDEX])
+        look_ahead(x, points[:n_points], speeds[:n_points], index, vehicle, dt, states)
+        evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
+        kept_cost = path_cost(states, goal, wanted, limits[3], goal_weights, met_kept)
+
+    start[NORTH], start[EAST], start[DOWN] = x[0], x[1], x[2]
+    start[COURSE], start[CLIMB] = x[4], x[6]
+    turn_sense, climb_sense = int(plan[TURN_SENSE]), int(plan[CLIMB_SENSE])
+    count = search_map(
+        start, geometry, ring_start, ring_steps, headings, heights, dt, limits, intruders, weight, n_intruders,
+        search_risk, goal, goal_weights, turn_sense, climb_sense, labels, parent, path,
+    )  # fmt: skip
+    if count == 0:
+        return KEEP if active else MISSION
+    new_points, new_times = np.empty((count + 1, 3)), np.empty(count + 1)
+    new_speeds = np.full(count + 1, wanted)
+    new_points[0, 0], new_points[0, 1], new_points[0, 2], new_times[0] = x[0], x[1], x[2], t
+    elapsed = 0.0
+    for ring in range(count):
+        elapsed += ring_steps[ring] * dt
+        new_points[ring + 1] = labels[path[ring], :3]
+        new_times[ring + 1] = t + elapsed
+    look_ahead(x, new_points, new_speeds, 1, vehicle, dt, states)
+    evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
+    new_cost = path_cost(states, goal, wanted, limits[3], goal_weights, met_new)
+    if active:
+        # Opposite to what is being flown costs extra here too, so that the two plans are compared fairly.
+        turn = wrap(headings[path[0]])
+        if turn * turn_sense < -0.01 or heights[path[0]] * climb_sense < -1.0:
+            new_cost += limits[9]
+        rescued = met_kept[TIME_HARD] > 0.0 and met_new[TIME_HARD] < 0.5 * met_kept[TIME_HARD]
+        better = new_cost < policy[SWITCH_RATIO] * kept_cost and kept_cost - new_cost > policy[SWITCH_GAIN]
+        if not (better or rescued):
+            return KEEP
+    turned = climbed = 0
+    for ring in range(min(2, count)):
+        turn = wrap(headings[path[ring]])
+        if turned == 0 and abs(turn) > 0.08:
+            turned = 1 if turn > 0.0 else -1
+        if climbed == 0 and abs(heights[path[ring]]) > 1.0:
+            climbed = 1 if heights[path[ring]] > 0.0 else -1
+    points[: count + 1], times[: count + 1], speeds[: count + 1] = new_points, new_times, new_speeds
+    if not active:
+        plan[TURN_SENSE] = plan[CLIMB_SENSE] = 0.0
+        plan[SAFE_SINCE] = math.inf
+    if turned != 0:
+        plan[TURN_SENSE] = turned
+    if climbed != 0:
+        plan[CLIMB_SENSE] = climbed
+    plan[ACTIVE], plan[T_CHOSEN], plan[N_POINTS], plan[POINT_INDEX] = 1.0, t, count + 1, 1.0
+    plan[LEAST_BAD] = 1.0 if met_new[TIME_HARD] > 0.0 else 0.0
+    return NEW
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    x, mission = np.array([0.0, 0.0, -500.0, 40.0, 0.0, 0.0, 0.0]), np.array([[0.0, 0.0, -500.0], [9e3, 0.0, -500.0]])
+    vehicle = np.ones(N_PARAMS)
+    risk, limits, policy = np.ones(N_RISK), np.ones(N_LIMITS), np.ones(N_POLICY)
+    advance_index(x, mission, 1, vehicle)
+    look_ahead(x, mission, np.full(2, 40.0), 1, vehicle, 1.0, np.zeros((7, 7)))
+    decide(
+        0.0, x, mission, np.full(2, 40.0), 1, vehicle, np.ones((2, 4, 8)), np.ones(2), 1, 1,
+        np.array([0, 1]), np.array([3]), np.zeros(1), np.zeros(1), limits, risk, risk, np.ones(2), policy,
+        np.zeros(N_PLAN), np.zeros((2, 3)), np.zeros(2), np.zeros(2), np.zeros((7, 7)),
+        np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),
+        np.zeros(N_MET), np.zeros(N_MET), np.zeros(N_MET),
+    )  # fmt: skip

@@ -1,0 +1,281 @@
+"""The local-level map searched as a layered graph: one forward sweep, because an edge always leads to a later ring."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth._jit import jit
+from wideberth.avoidance.kernels import N_MET, N_RISK, clear_met, risk_at, terminal_cost, wrap
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# How the nodes of the map are placed (ADS-B paper, "Self-separation and collision avoidance", figure 7).
+RINGS = 0  # as printed: fixed places on concentric rings, straight edges flown in equal times
+FLYABLE = (
+    1  # where the aircraft arrives when it turns and climbs within its limits towards the node's course and height
+)
+
+# Limits of the aircraft and shape of the search.
+SPEED, SPEED_MAX, TURN_RATE, CLIMB_MAX, SINK_MAX, CLIMB_ACCELERATION = 0, 1, 2, 3, 4, 5
+TURN_DELAY = 6  # s before a turn takes effect (roll-in)
+COST_TURN, COST_CLIMB = 7, 8  # per rad of course change, per m of height change
+COST_REVERSAL = 9  # for turning or climbing against the sense already flown
+HEADING_REACH = 10  # largest course change on one edge, rad
+COST_LEFT = 11  # per rad to the left: among equals, turn right
+N_LIMITS = 12
+
+# A label: where the best path to a node arrives.
+NORTH, EAST, DOWN, COURSE, CLIMB, LABEL_COST = 0, 1, 2, 3, 4, 5
+N_LABEL = 6
+
+
+@jit
+def fly_edge(
+    label: Floats,
+    course_target: float,
+    down_target: float,
+    k_start: int,
+    n_steps: int,
+    dt: float,
+    delay: float,
+    limits: Floats,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    risk: Floats,
+    bound: float,
+    end: Floats,
+    met: Floats,
+) -> float:
+    """Fly one edge within the aircraft's limits and add up its risk; stop once the cost passes `bound`.
+
+    Parameters
+    ----------
+    label : ndarray, shape (N_LABEL,)
+        Start of the edge.
+    course_target, down_target : float
+        Course (rad) and down (m) of the node that the edge leads to.
+    k_start, n_steps : int
+        The edge covers the grid times k_start + 1 ... k_start + n_steps.
+    dt, delay : float
+        Step of the grid, and time before a turn takes effect, s.
+    bound : float
+        Cost at which the edge cannot win any more.
+    end : ndarray, shape (N_LABEL,)
+        Overwritten with the arrival.
+    met : ndarray, shape (N_MET,)
+        Overwritten.
+
+    Returns
+    -------
+    float
+        Cost of the path up to the end of this edge, or infinity once it passed `bound`.
+    """
+    pn, pe, pd, course, climb = label[NORTH], label[EAST], label[DOWN], label[COURSE], label[CLIMB]
+    cost = label[LABEL_COST]
+    speed = limits[SPEED]
+    for step in range(1, n_steps + 1):
+        middle = course
+        if step * dt > delay:
+            most = limits[TURN_RATE] * dt
+            change = max(-most, min(most, wrap(course_target - course)))
+            middle = course + 0.5 * change
+            course += change
+        wanted = max(-limits[SINK_MAX], min(limits[CLIMB_MAX], (pd - down_target) / (2.0 * dt)))
+        climb += max(-limits[CLIMB_ACCELERATION] * dt, min(limits[CLIMB_ACCELERATION] * dt, wanted - climb))
+        vn, ve = speed * math.cos(middle), speed * math.sin(middle)
+        pn += vn * dt
+        pe += ve * dt
+        pd -= climb * dt
+        k = k_start + step
+        cost += risk_at(pn, pe, pd, vn, ve, -climb, intruders, weight, n_intruders, k, k * dt, dt, 1.0, risk, met)
+        if cost >= bound:
+            return math.inf
+    end[NORTH], end[EAST], end[DOWN], end[COURSE], end[CLIMB] = pn, pe, pd, course, climb
+    return cost
+
+
+@jit
+def fly_ring_edge(
+    label: Floats,
+    place: Floats,
+    k_start: int,
+    n_steps: int,
+    dt: float,
+    limits: Floats,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    risk: Floats,
+    bound: float,
+    end: Floats,
+    met: Floats,
+) -> float:
+    """Go straight to a node of a ring in the time of the ring; infinity where the aircraft cannot.
+
+    The cost is the paper's: equal for all edges, plus the sum of the reciprocal distances to the intruders; an edge
+    that touches the collision volume carries the planner's penalty, so that a least-bad path exists.
+    """
+    duration = n_steps * dt
+    vn, ve = (place[0] - label[NORTH]) / duration, (place[1] - label[EAST]) / duration
+    vd = (place[2] - label[DOWN]) / duration
+    speed = math.hypot(vn, ve)
+    if speed > limits[SPEED_MAX] or -vd > limits[CLIMB_MAX] or vd > limits[SINK_MAX]:
+        return math.inf
+    course = math.atan2(ve, vn) if speed > 0.1 else label[COURSE]
+    if abs(wrap(course - label[COURSE])) > min(limits[HEADING_REACH], limits[TURN_RATE] * duration):
+        return math.inf
+    cost = label[LABEL_COST] + 1.0
+    for step in range(1, n_steps + 1):
+        f = step * dt
+        pn, pe, pd = label[NORTH] + vn * f, label[EAST] + ve * f, label[DOWN] + vd * f
+        k = k_start + step
+        cost += risk_at(pn, pe, pd, vn, ve, vd, intruders, weight, n_intruders, k, k * dt, dt, 1.0, risk, met)
+        if cost >= bound:
+            return math.inf
+    end[NORTH], end[EAST], end[DOWN], end[COURSE], end[CLIMB] = place[0], place[1], place[2], course, -vd
+    return cost
+
+
+@jit
+def search_map(
+    start: Floats,
+    geometry: int,
+    ring_start: Integers,
+    ring_steps: Integers,
+    headings: Floats,
+    heights: Floats,
+    dt: float,
+    limits: Floats,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    risk: Floats,
+    goal: Floats,
+    goal_weights: Floats,
+    turn_sense: int,
+    climb_sense: int,
+    labels: Floats,
+    parent: Integers,
+    path: Integers,
+) -> int:
+    """Find the cheapest path through the map by a forward sweep over its rings.
+
+    ADS-B paper, "Self-separation and collision avoidance": Dijkstra's algorithm on the local-level map; the graph is
+    layered in time, so the sweep visits every edge once and finds the same path.
+
+    Parameters
+    ----------
+    start : ndarray, shape (N_LABEL,)
+        The ownship: position, course, climb rate; its cost is ignored.
+    geometry : int
+        `RINGS` or `FLYABLE`.
+    ring_start : ndarray of int, shape (rings + 1,)
+        First node of each ring; the last entry is the number of nodes.
+    ring_steps : ndarray of int, shape (rings,)
+        Duration of each ring in grid steps.
+    headings, heights : ndarray, shape (nodes,)
+        Course (rad) and height (m, up) of each node against the ownship's.
+    limits, risk : ndarray
+        See the constants.
+    goal, goal_weights : ndarray, shape (3,), (2,)
+        Where the mission wants to be after the last ring, and the weights of `terminal_cost`.
+    turn_sense, climb_sense : int
+        Sense (-1, 0, 1; right and up positive) of the maneuver already flown against the same threats.
+    labels : ndarray, shape (nodes, N_LABEL)
+    parent : ndarray of int, shape (nodes,)
+        Both overwritten.
+    path : ndarray of int, shape (rings,)
+        Overwritten with the nodes of the best path.
+
+    Returns
+    -------
+    int
+        Number of nodes of the path: the number of rings, or 0 where no edge of the first ring can be flown.
+    """
+    n_rings = ring_steps.shape[0]
+    end, met = np.empty(N_LABEL), np.empty(N_MET)
+    place = np.empty(3)
+    k_start = 0
+    elapsed = 0.0
+    vertical = max(limits[CLIMB_MAX], 0.1)
+    for ring in range(n_rings):
+        elapsed += ring_steps[ring] * dt
+        for node in range(ring_start[ring], ring_start[ring + 1]):
+            labels[node, LABEL_COST] = math.inf
+            parent[node] = -1
+            course_target = start[COURSE] + headings[node]
+            down_target = start[DOWN] - heights[node]
+            if geometry == RINGS:
+                place[0] = start[NORTH] + limits[SPEED] * elapsed * math.cos(course_target)
+                place[1] = start[EAST] + limits[SPEED] * elapsed * math.sin(course_target)
+                place[2] = down_target
+            first = -1 if ring == 0 else ring_start[ring - 1]
+            last = 0 if ring == 0 else ring_start[ring]
+            for source in range(first, last):
+                label = start if source < 0 else labels[source]
+                before = 0.0 if source < 0 else label[LABEL_COST]
+                if before >= labels[node, LABEL_COST]:
+                    continue
+                clear_met(met)
+                if geometry == RINGS:
+                    saved = label[LABEL_COST]
+                    label[LABEL_COST] = before
+                    cost = fly_ring_edge(
+                        label, place, k_start, ring_steps[ring], dt, limits,
+                        intruders, weight, n_intruders, risk, labels[node, LABEL_COST], end, met,
+                    )  # fmt: skip
+                    label[LABEL_COST] = saved
+                else:
+                    turn = wrap(course_target - label[COURSE])
+                    if abs(turn) > limits[HEADING_REACH]:
+                        continue
+                    rise = heights[node] if source < 0 else heights[node] - heights[source]
+                    extra = limits[COST_TURN] * abs(turn) + limits[COST_CLIMB] * abs(rise)
+                    if turn < 0.0:
+                        extra -= limits[COST_LEFT] * turn
+                    if ring == 0:
+                        if turn * turn_sense < -0.01:
+                            extra += limits[COST_REVERSAL]
+                        if rise * climb_sense < -1.0:
+                            extra += limits[COST_REVERSAL]
+                    saved = label[LABEL_COST]
+                    label[LABEL_COST] = before + extra
+                    cost = fly_edge(
+                        label, course_target, down_target, k_start, ring_steps[ring], dt,
+                        limits[TURN_DELAY] if ring == 0 else 0.0, limits,
+                        intruders, weight, n_intruders, risk, labels[node, LABEL_COST], end, met,
+                    )  # fmt: skip
+                    label[LABEL_COST] = saved
+                if cost < math.inf and ring == n_rings - 1:
+                    cost += terminal_cost(end[NORTH], end[EAST], end[DOWN], goal, limits[SPEED], vertical, goal_weights)
+                if cost < labels[node, LABEL_COST]:
+                    labels[node, :LABEL_COST] = end[:LABEL_COST]
+                    labels[node, LABEL_COST] = cost
+                    parent[node] = source
+        k_start += ring_steps[ring]
+    best = -1
+    best_cost = math.inf
+    for node in range(ring_start[n_rings - 1], ring_start[n_rings]):
+        if labels[node, LABEL_COST] < best_cost:
+            best, best_cost = node, labels[node, LABEL_COST]
+    if best < 0:
+        return 0
+    node = best
+    for ring in range(n_rings - 1, -1, -1):
+        path[ring] = node
+        node = parent[node]
+    return n_rings
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    zeros, one = np.zeros(1), np.ones(1, np.int64)
+    for geometry in (RINGS, FLYABLE):
+        search_map(
+            np.zeros(N_LABEL), geometry, np.array([0, 1]), one, zeros, zeros, 1.0, np.ones(N_LIMITS),
+            np.ones((2, 4, 8)), np.ones(2), 1, np.ones(N_RISK), np.zeros(3), np.ones(2), 0, 0,
+            np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),
+        )  # fmt: skip

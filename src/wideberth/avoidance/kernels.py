@@ -1,0 +1,343 @@
+"""Where intruders may be, and what a piece of the ownship's path costs among them."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth._jit import jit
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+# Risk parameters: one flat array, so that the same kernels serve the full and the fast tier.
+HARD_RADIUS, HARD_HEIGHT = 0, 1  # collision volume of the planner, m (half-height)
+INNER_RADIUS, INNER_HEIGHT = 2, 3  # inner volume, m
+OUTER_RADIUS, OUTER_HEIGHT, OUTER_TAU = 4, 5, 6  # well-clear volume, m, m, s
+SIGMAS = 7  # how many standard deviations of the intruder's position widen each volume
+SIGMA_CAP = 8  # largest widening, as a fraction of the volume
+GROWTH_H, GROWTH_V = 9, 10  # widening for unknown intentions, m/s and m/s of look-ahead
+GROWTH_TIME = 11  # s after which that widening stops
+WEIGHT_HARD, WEIGHT_INNER, WEIGHT_OUTER, WEIGHT_NEAR = 12, 13, 14, 15  # cost per second
+FLOOR, CEILING = 16, 17  # m of altitude
+TURN_SIGNIFICANCE = 18  # sigmas of lateral acceleration that make a turn believed
+TURN_RATE_MIN, TURN_RATE_MAX = 19, 20  # rad/s
+TURN_TIME = 21  # s that a turn is continued
+TURN_WEIGHT = 22  # belief in the continued turn, the rest in straight flight
+N_RISK = 23
+
+# What an evaluated path met: first time (s ahead, inf if never) and how long (s) in each volume.
+FIRST_HARD, FIRST_INNER, FIRST_OUTER, TIME_HARD, TIME_INNER, TIME_OUTER, COST, CULPRIT = 0, 1, 2, 3, 4, 5, 6, 7
+N_MET = 8
+
+
+@jit
+def turn_rate(vn: float, ve: float, an: float, ae: float, sigma_a: float, risk: Floats) -> float:
+    """Return the believed turn rate (rad/s, positive clockwise from above), zero unless significant."""
+    v2 = vn * vn + ve * ve
+    if v2 < 25.0:
+        return 0.0
+    lateral = (vn * ae - ve * an) / math.sqrt(v2)
+    omega = lateral / math.sqrt(v2)
+    if abs(lateral) < risk[TURN_SIGNIFICANCE] * sigma_a or abs(omega) < risk[TURN_RATE_MIN]:
+        return 0.0
+    return max(-risk[TURN_RATE_MAX], min(risk[TURN_RATE_MAX], omega))
+
+
+@jit
+def predict_intruders(
+    position: Floats,
+    velocity: Floats,
+    acceleration: Floats,
+    covariance: Floats,
+    risk: Floats,
+    dt: float,
+    n: int,
+    out: Floats,
+    weight: Floats,
+    owner: Integers,
+) -> int:
+    """Predict every intruder over a time grid, straight and, where it turns, also along its turn.
+
+    Parameters
+    ----------
+    position, velocity, acceleration : ndarray, shape (m, 3)
+        Local NED.
+    covariance : ndarray, shape (m, 9, 9)
+    risk : ndarray
+        Risk parameters, see the constants above.
+    dt : float
+        Step of the grid, s.
+    n : int
+        Number of grid points; the first is now.
+    out : ndarray, shape (2 m, n, 8)
+        Filled with position, velocity, and the standard deviations of horizontal and vertical position.
+    weight : ndarray, shape (2 m,)
+        Filled with the belief in each hypothesis.
+    owner : ndarray of int, shape (2 m,)
+        Filled with the intruder of each hypothesis.
+
+    Returns
+    -------
+    int
+        Number of hypotheses.
+    """
+    count = 0
+    for i in range(position.shape[0]):
+        c = covariance[i]
+        sigma_a = math.sqrt(max(0.5 * (c[6, 6] + c[7, 7]), 0.0))
+        omega = turn_rate(velocity[i, 0], velocity[i, 1], acceleration[i, 0], acceleration[i, 1], sigma_a, risk)
+        for hypothesis in range(2):
+            if hypothesis == 1 and omega == 0.0:
+                break
+            weight[count] = 1.0
+            if omega != 0.0:
+                weight[count] = risk[TURN_WEIGHT] if hypothesis == 1 else 1.0 - risk[TURN_WEIGHT]
+            owner[count] = i
+            pn, pe, pd = position[i, 0], position[i, 1], position[i, 2]
+            vn, ve, vd = velocity[i, 0], velocity[i, 1], velocity[i, 2]
+            rate = omega if hypothesis == 1 else 0.0
+            cos_step, sin_step = math.cos(rate * dt), math.sin(rate * dt)
+            for k in range(n):
+                t = k * dt
+                row = out[count, k]
+                row[0], row[1], row[2] = pn, pe, pd
+                row[3], row[4], row[5] = vn, ve, vd
+                s_n = c[0, 0] + 2.0 * t * c[0, 3] + t * t * c[3, 3]
+                s_e = c[1, 1] + 2.0 * t * c[1, 4] + t * t * c[4, 4]
+                s_d = c[2, 2] + 2.0 * t * c[2, 5] + t * t * c[5, 5]
+                row[6] = math.sqrt(max(0.5 * (s_n + s_e), 0.0))
+                row[7] = math.sqrt(max(s_d, 0.0))
+                if t < risk[TURN_TIME]:
+                    vn, ve = cos_step * vn - sin_step * ve, sin_step * vn + cos_step * ve
+                pn += vn * dt
+                pe += ve * dt
+                pd += vd * dt
+            count += 1
+    return count
+
+
+@jit
+def widened(size: float, sigma: float, growth: float, risk: Floats, t: float) -> float:
+    """Return a dimension of a volume widened for uncertainty and unknown intentions."""
+    return size + min(risk[SIGMAS] * sigma, risk[SIGMA_CAP] * size) + growth * min(t, risk[GROWTH_TIME])
+
+
+@jit
+def risk_at(
+    pn: float,
+    pe: float,
+    pd: float,
+    vn: float,
+    ve: float,
+    vd: float,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    k: int,
+    t: float,
+    dt: float,
+    margin: float,
+    risk: Floats,
+    met: Floats,
+) -> float:
+    """Return the cost of being at one place at one time, and note in `met` which volumes that is inside of.
+
+    Parameters
+    ----------
+    pn, pe, pd, vn, ve, vd : float
+        Position and velocity of the ownship, local NED.
+    intruders, weight, n_intruders
+        As filled by `predict_intruders`.
+    k : int
+        Index of the time on the grid.
+    t, dt : float
+        Look-ahead time and the time this sample stands for, s.
+    margin : float
+        Factor on the inner and outer volumes (above 1 for the decision to return).
+    risk : ndarray
+    met : ndarray, shape (N_MET,)
+        First times and durations are updated.
+
+    Returns
+    -------
+    float
+        Cost of this sample.
+    """
+    cost = 0.0
+    hard = inner = outer = False
+    for m in range(n_intruders):
+        row = intruders[m, k]
+        sn, se, sd = row[0] - pn, row[1] - pe, row[2] - pd
+        height = abs(sd)
+        range2 = sn * sn + se * se
+        z_outer = widened(margin * risk[OUTER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
+        r_outer = widened(margin * risk[OUTER_RADIUS], row[6], risk[GROWTH_H], risk, t)
+        scaled = math.sqrt(range2 / (r_outer * r_outer) + sd * sd / (z_outer * z_outer))
+        cost += weight[m] * risk[WEIGHT_NEAR] * dt / max(scaled, 0.1)
+        if height > z_outer:
+            continue
+        rn, re = row[3] - vn, row[4] - ve
+        closing = sn * rn + se * re
+        depth = -1.0
+        if range2 <= r_outer * r_outer:
+            depth = 1.0 + 1.0 - math.sqrt(range2) / r_outer
+        elif closing < 0.0 and risk[OUTER_TAU] > 0.0:
+            tau = (r_outer * r_outer - range2) / closing
+            if tau <= margin * risk[OUTER_TAU]:
+                depth = 1.0 - tau / (margin * risk[OUTER_TAU])
+        if depth < 0.0:
+            continue
+        if not outer and met[FIRST_OUTER] == math.inf:
+            met[CULPRIT] = m
+        outer = True
+        share = 0.2 + 0.8 * (1.0 - height / z_outer)
+        cost += weight[m] * risk[WEIGHT_OUTER] * dt * share * (0.3 + depth)
+        r_inner = widened(margin * risk[INNER_RADIUS], row[6], risk[GROWTH_H], risk, t)
+        z_inner = widened(margin * risk[INNER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
+        if range2 <= r_inner * r_inner and height <= z_inner:
+            inner = True
+            share = 0.3 + min(1.0 - math.sqrt(range2) / r_inner, 1.0 - height / z_inner)
+            cost += weight[m] * risk[WEIGHT_INNER] * dt * share
+        r_hard = widened(risk[HARD_RADIUS], row[6], 0.0, risk, t)
+        z_hard = widened(risk[HARD_HEIGHT], row[7], 0.0, risk, t)
+        if range2 <= r_hard * r_hard and height <= z_hard:
+            hard = True
+            share = 0.3 + min(1.0 - math.sqrt(range2) / r_hard, 1.0 - height / z_hard)
+            cost += weight[m] * risk[WEIGHT_HARD] * dt * share
+    altitude = -pd
+    if altitude < risk[FLOOR]:
+        cost += risk[WEIGHT_HARD] * dt * (1.0 + 0.1 * (risk[FLOOR] - altitude))
+    if altitude > risk[CEILING]:
+        cost += risk[WEIGHT_INNER] * dt * (1.0 + 0.1 * (altitude - risk[CEILING]))
+    if hard:
+        met[FIRST_HARD] = min(met[FIRST_HARD], t)
+        met[TIME_HARD] += dt
+    if inner:
+        met[FIRST_INNER] = min(met[FIRST_INNER], t)
+        met[TIME_INNER] += dt
+    if outer:
+        met[FIRST_OUTER] = min(met[FIRST_OUTER], t)
+        met[TIME_OUTER] += dt
+    met[COST] += cost
+    return cost
+
+
+@jit
+def clear_met(met: Floats) -> None:
+    """Reset what a path met."""
+    met[FIRST_HARD] = met[FIRST_INNER] = met[FIRST_OUTER] = math.inf
+    met[TIME_HARD] = met[TIME_INNER] = met[TIME_OUTER] = met[COST] = 0.0
+    met[CULPRIT] = -1.0
+
+
+@jit
+def evaluate_path(
+    states: Floats,
+    stride: int,
+    n: int,
+    dt: float,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    margin: float,
+    risk: Floats,
+    met: Floats,
+) -> None:
+    """Evaluate a flown path on the grid of `predict_intruders`.
+
+    Parameters
+    ----------
+    states : ndarray, shape (stride (n - 1) + 1, 7)
+        Point-mass states (see the vehicle's kernels); every `stride`-th stands at a grid time.
+    stride, n : int
+    dt : float
+        Step of the grid, s.
+    met : ndarray, shape (N_MET,)
+        Overwritten.
+    """
+    clear_met(met)
+    for k in range(n):
+        x = states[k * stride]
+        a = states[min(k, n - 2) * stride]
+        b = states[min(k + 1, n - 1) * stride]
+        vn, ve = (b[0] - a[0]) / dt, (b[1] - a[1]) / dt
+        risk_at(x[0], x[1], x[2], vn, ve, -x[6], intruders, weight, n_intruders, k, k * dt, dt, margin, risk, met)
+
+
+@jit
+def terminal_cost(
+    pn: float, pe: float, pd: float, goal: Floats, speed: float, climb_rate: float, weights: Floats
+) -> float:
+    """Return the cost of ending a path away from where the mission wants to be.
+
+    Parameters
+    ----------
+    pn, pe, pd : float
+        End of the path.
+    goal : ndarray, shape (3,)
+        Point of the mission to return to.
+    speed, climb_rate : float
+        m/s, turn distances into seconds.
+    weights : ndarray, shape (2,)
+        Cost per second of way to the goal, horizontally and vertically.
+    """
+    distance = math.hypot(goal[0] - pn, goal[1] - pe)
+    return weights[0] * distance / speed + weights[1] * abs(goal[2] - pd) / climb_rate
+
+
+@jit
+def wrap(angle: float) -> float:
+    """Return the angle in [-pi, pi)."""
+    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+
+
+@jit
+def point_along(waypoints: Floats, index: int, pn: float, pe: float, ahead: float, out: Floats) -> None:
+    """Find the point of a path a given distance ahead of the foot of a position on the leg to waypoint `index`.
+
+    Parameters
+    ----------
+    waypoints : ndarray, shape (n, 3)
+    index : int
+        The waypoint that is flown to.
+    pn, pe : float
+    ahead : float
+        Distance along the path, m; beyond the last waypoint the last leg is extended.
+    out : ndarray, shape (3,)
+        Overwritten with the point.
+    """
+    n = waypoints.shape[0]
+    i = min(max(index, 1), n - 1)
+    a, b = waypoints[i - 1], waypoints[i]
+    dn, de = b[0] - a[0], b[1] - a[1]
+    length = math.sqrt(dn * dn + de * de)
+    s = ahead
+    if length > 0.0:
+        s += max(0.0, min(length, ((pn - a[0]) * dn + (pe - a[1]) * de) / length))
+    while s > length and i < n - 1:
+        s -= length
+        i += 1
+        a, b = waypoints[i - 1], waypoints[i]
+        length = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2)
+    if length > 0.0:
+        f = s / length
+        out[0] = a[0] + f * (b[0] - a[0])
+        out[1] = a[1] + f * (b[1] - a[1])
+        out[2] = a[2] + min(f, 1.0) * (b[2] - a[2])
+    else:
+        for j in range(3):
+            out[j] = b[j]
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    risk = np.ones(N_RISK)
+    out, weight, owner = np.zeros((2, 4, 8)), np.zeros(2), np.zeros(2, np.int64)
+    one = np.ones((1, 3))
+    m = predict_intruders(one, one, one, np.zeros((1, 9, 9)), risk, 1.0, 4, out, weight, owner)
+    met, point = np.zeros(N_MET), np.zeros(3)
+    evaluate_path(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, 1.0, risk, met)
+    terminal_cost(0.0, 0.0, 0.0, point, 1.0, 1.0, np.ones(2))
+    point_along(np.ones((2, 3)), 1, 0.0, 0.0, 1.0, point)
+    wrap(1.0)

@@ -1,0 +1,263 @@
+"""The local-level planner as a part: tracks in, a maneuver with its reason out."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.avoidance import decision_kernels as dk
+from wideberth.avoidance import graph_kernels as gk
+from wideberth.avoidance import kernels as rk
+from wideberth.avoidance.config import LocalLevelConfig
+from wideberth.avoidance.maps import MAPS
+from wideberth.avoidance.wording import describe_maneuver
+from wideberth.types import Maneuver, Mission, Ownship, Threat, Track
+from wideberth.vehicles import kernels as vk
+
+FloatArray = NDArray[np.float64]
+_EPSILON = 1e-6  # s, so that a period of 1 s is met by ten steps of 0.1 s
+
+
+class LocalLevelPlanner:
+    """Local-level planner with commitment (ADS-B paper, "Self-separation and collision avoidance").
+
+    Parameters
+    ----------
+    config : LocalLevelConfig
+    vehicle : ndarray
+        Parameters of the ownship's point mass (`vehicles.kernels`): its limits shape the map.
+    """
+
+    Config = LocalLevelConfig
+
+    def __init__(self, config: LocalLevelConfig, vehicle: FloatArray) -> None:
+        self._config = config
+        self._vehicle = vehicle
+        map_ = MAPS[config.map]()
+        self._nodes = map_.arrays(config.grid_step_s)
+        self._geometry = map_.geometry
+        rings, nodes = len(map_.rings), map_.node_count - 1
+        self._n = int(self._nodes[1].sum()) + 1
+        self._risk = risk_array(config)
+        self._search_risk = printed_risk_array(config) if map_.geometry == gk.RINGS else self._risk
+        self._limits = limits_array(config, vehicle)
+        self._policy = policy_array(config)
+        self._goal_weights = np.array([config.weight_goal, config.weight_goal_vertical])
+        self._plan = np.zeros(dk.N_PLAN)
+        self._points, self._speeds, self._times = np.zeros((rings + 1, 3)), np.zeros(rings + 1), np.zeros(rings + 1)
+        self._states = np.zeros((dk.STRIDE * (self._n - 1) + 1, 7))
+        self._labels, self._parent = np.zeros((nodes, gk.N_LABEL)), np.zeros(nodes, np.int64)
+        self._path = np.zeros(rings, np.int64)
+        self._met = np.zeros((3, rk.N_MET))
+        self._t_decided = -math.inf
+        self._maneuver: Maneuver | None = None
+
+    def decide(
+        self, t: float, ownship: Ownship, tracks: Sequence[Track], threats: Sequence[Threat], mission: Mission
+    ) -> tuple[Maneuver | None, tuple[str, ...]]:
+        """Decide what to fly; between decisions the maneuver stays as it is.
+
+        Parameters
+        ----------
+        t : float
+            Now, s.
+        ownship : Ownship
+        tracks : sequence of Track
+        threats : sequence of Threat
+            One for every track; used for the words only.
+        mission : Mission
+
+        Returns
+        -------
+        maneuver : Maneuver or None
+            None: fly the mission.
+        events : tuple of str
+            What was decided, in words.
+        """
+        if t - self._t_decided < self._config.decision_period_s - _EPSILON:
+            return self._maneuver, ()
+        self._t_decided = t
+        near = self._within_reach(ownship, [track for track in tracks if not track.is_ownship])
+        if not near and self._maneuver is None:
+            return None, ()
+        if mission.index >= len(mission.waypoints):
+            self._plan[:] = 0.0
+            self._maneuver = None
+            return None, ()
+        intruders, weight, owner, count = self._predict(near)
+        x = ground_state(ownship)
+        self._advance(x)
+        action = dk.decide(
+            t, x, mission.waypoints, mission.speeds, mission.index, self._vehicle,
+            intruders, weight, count, self._geometry, *self._nodes, self._limits, self._risk, self._search_risk, self._goal_weights,
+            self._policy, self._plan, self._points, self._speeds, self._times, self._states,
+            self._labels, self._parent, self._path, self._met[0], self._met[1], self._met[2],
+        )  # fmt: skip
+        if action == dk.MISSION or action == dk.RETURN:
+            self._maneuver = None
+            return None, ("clear of traffic: return to the mission",) if action == dk.RETURN else ()
+        if action == dk.NEW:
+            involved = self._involved(x, mission, intruders, weight, owner, count, near)
+            self._maneuver = self._describe(t, x, involved, threats)
+            return self._maneuver, (self._maneuver.reason,)
+        return self._maneuver, ()
+
+    def _within_reach(self, ownship: Ownship, tracks: Sequence[Track]) -> list[Track]:
+        """Return the tracks that could come near within the planning horizon."""
+        if not tracks:
+            return []
+        horizon = (self._n - 1) * self._config.grid_step_s
+        position = np.array([track.position for track in tracks]) - ownship.position
+        velocity = np.array([track.velocity for track in tracks])
+        finite = np.all(np.isfinite(position), axis=1) & np.all(np.isfinite(velocity), axis=1)
+        speed = np.hypot(velocity[:, 0], velocity[:, 1]) + self._limits[gk.SPEED_MAX]
+        radius = 2.0 * self._risk[rk.OUTER_RADIUS] + speed * (horizon + self._risk[rk.OUTER_TAU])
+        climb = np.abs(velocity[:, 2]) + max(self._limits[gk.CLIMB_MAX], self._limits[gk.SINK_MAX])
+        height = 2.0 * self._risk[rk.OUTER_HEIGHT] + climb * horizon
+        reach = finite & (np.hypot(position[:, 0], position[:, 1]) < radius) & (np.abs(position[:, 2]) < height)
+        return [track for track, inside in zip(tracks, reach, strict=True) if inside]
+
+    def _predict(self, near: Sequence[Track]) -> tuple[FloatArray, FloatArray, NDArray[np.int64], int]:
+        m = max(1, 2 * len(near))
+        out, weight, owner = np.empty((m, self._n, 8)), np.empty(m), np.empty(m, np.int64)
+        if not near:
+            return out, weight, owner, 0
+        count = rk.predict_intruders(
+            np.array([track.position for track in near]),
+            np.array([track.velocity for track in near]),
+            np.array([track.acceleration for track in near]),
+            np.array([track.covariance for track in near]),
+            self._risk, self._config.grid_step_s, self._n, out, weight, owner,
+        )  # fmt: skip
+        return out, weight, owner, count
+
+    def _advance(self, x: FloatArray) -> None:
+        """Let the maneuver's next waypoint follow the ownship."""
+        if self._plan[dk.ACTIVE] > 0.0:
+            n = int(self._plan[dk.N_POINTS])
+            index = int(self._plan[dk.POINT_INDEX])
+            self._plan[dk.POINT_INDEX] = dk.advance_index(x, self._points[:n], index, self._vehicle)
+
+    def _involved(
+        self,
+        x: FloatArray,
+        mission: Mission,
+        intruders: FloatArray,
+        weight: FloatArray,
+        owner: NDArray[np.int64],
+        count: int,
+        near: Sequence[Track],
+    ) -> list[Track]:
+        """Return the aircraft in whose way the mission leads, the first met first."""
+        dt = self._config.grid_step_s
+        states, met = self._states, np.zeros(rk.N_MET)
+        dk.look_ahead(x, mission.waypoints, mission.speeds, mission.index, self._vehicle, dt, states)
+        first: dict[int, float] = {}
+        for m in range(count):
+            rk.evaluate_path(
+                states, dk.STRIDE, self._n, dt, intruders[m : m + 1], weight[m : m + 1], 1, 1.0, self._risk, met
+            )
+            if math.isfinite(met[rk.FIRST_OUTER]):
+                i = int(owner[m])
+                first[i] = min(first.get(i, math.inf), float(met[rk.FIRST_OUTER]))
+        return [near[i] for i in sorted(first, key=lambda i: (first[i], near[i].id))]
+
+    def _describe(self, t: float, x: FloatArray, involved: Sequence[Track], threats: Sequence[Threat]) -> Maneuver:
+        n = int(self._plan[dk.N_POINTS])
+        points, times = self._points[:n].copy(), self._times[:n].copy()
+        least_bad = self._plan[dk.LEAST_BAD] > 0.0
+        ids = tuple(track.id for track in involved)
+        if not ids and self._maneuver is not None:
+            ids = self._maneuver.threat_ids
+        by_id = {threat.track_id: threat for threat in threats}
+        first = involved[0] if involved else None
+        reason = describe_maneuver(
+            label=first.label if first else None,
+            threat=by_id.get(first.id) if first else None,
+            others=max(0, len(involved) - 1),
+            course_change=float(rk.wrap(self._labels[self._path[min(1, n - 2)], gk.COURSE] - x[4])),
+            height_change=float(x[2] - points[min(2, n - 1), 2]),
+            least_bad=least_bad,
+        )
+        return Maneuver(
+            t=t,
+            waypoints=points[1:],
+            times=times[1:],
+            reason=reason,
+            valid_until=float(times[-1]),
+            threat_ids=ids,
+            least_bad=least_bad,
+        )
+
+
+def ground_state(ownship: Ownship) -> FloatArray:
+    """Return the ownship as a point-mass state (7,) with ground speed and course for airspeed and heading."""
+    vn, ve, vd = ownship.velocity
+    attitude = ownship.attitude
+    bank = math.atan2(attitude[2, 1], attitude[2, 2])
+    return np.array([*ownship.position, math.hypot(vn, ve), math.atan2(ve, vn), bank, -vd])
+
+
+def printed_risk_array(config: LocalLevelConfig) -> FloatArray:
+    """Return the risk parameters that leave the paper's two costs: eq. (2), and the sum of the reciprocal distances.
+
+    Instead of infinity an edge inside the collision volume costs so much that it is taken only where all are blocked.
+    """
+    risk = np.zeros(rk.N_RISK)
+    risk[rk.HARD_RADIUS], risk[rk.HARD_HEIGHT] = config.hard_radius_m, config.hard_half_height_m
+    risk[rk.INNER_RADIUS] = risk[rk.INNER_HEIGHT] = 1.0
+    risk[rk.OUTER_RADIUS] = risk[rk.OUTER_HEIGHT] = 1.0
+    risk[rk.WEIGHT_HARD] = 1e6
+    # A unit sphere makes the scaled distance one in metres; the weight is then the one at the outer volume's edge.
+    risk[rk.WEIGHT_NEAR] = config.weight_near * config.outer_radius_m
+    risk[rk.FLOOR], risk[rk.CEILING] = config.altitude_min_m, config.altitude_max_m
+    return risk
+
+
+def risk_array(config: LocalLevelConfig) -> FloatArray:
+    """Return the risk parameters of `kernels` for judging flown paths and for the default map."""
+    risk = np.zeros(rk.N_RISK)
+    risk[rk.HARD_RADIUS], risk[rk.HARD_HEIGHT] = config.hard_radius_m, config.hard_half_height_m
+    risk[rk.INNER_RADIUS] = config.buffer * config.inner_radius_m
+    risk[rk.INNER_HEIGHT] = config.buffer * config.inner_half_height_m
+    risk[rk.OUTER_RADIUS] = config.buffer * config.outer_radius_m
+    risk[rk.OUTER_HEIGHT] = config.buffer * config.outer_half_height_m
+    risk[rk.OUTER_TAU] = config.buffer * config.outer_tau_s
+    risk[rk.SIGMAS], risk[rk.SIGMA_CAP] = config.sigmas, config.sigma_cap
+    risk[rk.GROWTH_H], risk[rk.GROWTH_V] = config.growth_horizontal_mps, config.growth_vertical_mps
+    risk[rk.GROWTH_TIME] = config.growth_time_s
+    risk[rk.WEIGHT_HARD], risk[rk.WEIGHT_INNER] = config.weight_hard, config.weight_inner
+    risk[rk.WEIGHT_OUTER], risk[rk.WEIGHT_NEAR] = config.weight_outer, config.weight_near
+    risk[rk.FLOOR], risk[rk.CEILING] = config.altitude_min_m, config.altitude_max_m
+    risk[rk.TURN_SIGNIFICANCE] = config.turn_significance
+    risk[rk.TURN_RATE_MIN] = math.radians(config.turn_rate_min_deg_s)
+    risk[rk.TURN_RATE_MAX] = math.radians(config.turn_rate_max_deg_s)
+    risk[rk.TURN_TIME], risk[rk.TURN_WEIGHT] = config.turn_time_s, config.turn_belief
+    return risk
+
+
+def limits_array(config: LocalLevelConfig, vehicle: FloatArray) -> FloatArray:
+    """Return the limits of `graph_kernels` from the vehicle's, less the share kept in reserve."""
+    limits = np.zeros(gk.N_LIMITS)
+    speed = 0.5 * (vehicle[vk.P_SPEED_MIN] + vehicle[vk.P_SPEED_MAX])
+    limits[gk.SPEED], limits[gk.SPEED_MAX] = speed, vehicle[vk.P_SPEED_MAX]
+    limits[gk.TURN_RATE] = vk.GRAVITY * math.tan(config.bank_share * vehicle[vk.P_BANK_MAX]) / vehicle[vk.P_SPEED_MAX]
+    limits[gk.CLIMB_MAX] = config.bank_share * vehicle[vk.P_CLIMB_MAX]
+    limits[gk.SINK_MAX] = config.bank_share * vehicle[vk.P_SINK_MAX]
+    limits[gk.CLIMB_ACCELERATION] = vehicle[vk.P_VERTICAL_ACCEL_MAX]
+    limits[gk.TURN_DELAY] = config.turn_delay_s
+    limits[gk.COST_TURN], limits[gk.COST_CLIMB] = config.weight_turn, config.weight_climb
+    limits[gk.COST_REVERSAL], limits[gk.COST_LEFT] = config.weight_reversal, config.weight_left
+    limits[gk.HEADING_REACH] = math.radians(130.0)
+    return limits
+
+
+def policy_array(config: LocalLevelConfig) -> FloatArray:
+    """Return the policy of `decision_kernels`."""
+    policy = np.zeros(dk.N_POLICY)
+    policy[dk.DT], policy[dk.TRIGGER] = config.grid_step_s, config.trigger_lookahead_s
+    policy[dk.HOLD], policy[dk.CLEAR_TIME] = config.hold_s, config.clear_s
+    policy[dk.SWITCH_RATIO], policy[dk.SWITCH_GAIN] = config.switch_ratio, config.switch_gain
+    policy[dk.RETURN_MARGIN] = max(1.0, config.return_buffer / config.buffer)
+    return policy

@@ -1,0 +1,158 @@
+"""The corridor as one step: scans in, decision out. No clock, no I/O, no globals."""
+
+from collections.abc import Callable, Sequence
+from typing import Protocol
+
+from wideberth.tracking.lost_traffic import LostTraffic
+from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Scan, SensorHealth, Snapshot, Threat, Track
+
+LEVEL_HOLD = 3.0  # s that a threat must look better before its level falls
+
+
+class Tracker(Protocol):
+    """What the pipeline needs of a tracker."""
+
+    def step(self, t: float, scans: Sequence[Scan]) -> tuple[tuple[Track, ...], tuple[str, ...]]:
+        """Return the tracks at time `t` and what happened, in words."""
+
+
+class Detector(Protocol):
+    """What the pipeline needs of a conflict detector."""
+
+    def assess(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Threat, ...]:
+        """Return one threat for every track."""
+
+
+class Planner(Protocol):
+    """What the pipeline needs of avoidance."""
+
+    def decide(
+        self, t: float, ownship: Ownship, tracks: Sequence[Track], threats: Sequence[Threat], mission: Mission
+    ) -> tuple[Maneuver | None, tuple[str, ...]]:
+        """Return the path to fly instead of the mission (None: the mission) and what was decided, in words."""
+
+
+class AlertFilter:
+    """Hysteresis on levels: they rise at once, and fall when the threat has looked better for `hold` seconds."""
+
+    def __init__(self, hold: float) -> None:
+        self._hold = hold
+        self._held: dict[str, tuple[AlertLevel, float]] = {}
+
+    def step(self, t: float, threats: Sequence[Threat]) -> tuple[Threat, ...]:
+        """Return the threats with their levels held."""
+        filtered = []
+        held: dict[str, tuple[AlertLevel, float]] = {}
+        for threat in threats:
+            level, since = self._held.get(threat.track_id, (threat.level, t))
+            if threat.level >= level:
+                level, since = threat.level, t
+            elif t - since >= self._hold:
+                level, since = threat.level, t
+            held[threat.track_id] = (level, since)
+            filtered.append(threat if level is threat.level else _with_level(threat, level))
+        self._held = held
+        return tuple(filtered)
+
+
+def _with_level(threat: Threat, level: AlertLevel) -> Threat:
+    return Threat(
+        threat.track_id,
+        threat.t_cpa,
+        threat.horizontal_miss,
+        threat.vertical_miss,
+        threat.time_to_loss,
+        threat.interval,
+        threat.probability,
+        level,
+    )
+
+
+class Pipeline:
+    """Sensor scans to decisions.
+
+    Parameters
+    ----------
+    tracker, detector : Tracker, Detector
+    planner : Planner or None
+        None: nothing is avoided, everything else happens.
+    lost_memory : float
+        How long a lost aircraft is remembered, s.
+    counter : callable
+        Returns CPU seconds; the stage times are its only use.
+    """
+
+    def __init__(
+        self,
+        tracker: Tracker,
+        detector: Detector,
+        planner: Planner | None,
+        lost_memory: float,
+        counter: Callable[[], float],
+    ) -> None:
+        self._tracker = tracker
+        self._detector = detector
+        self._planner = planner
+        self._lost = LostTraffic(lost_memory)
+        self._levels = AlertFilter(LEVEL_HOLD)
+        self._counter = counter
+        self._sensor_state: dict[str, str] = {}
+
+    def step(self, t: float, ownship: Ownship, scans: Sequence[Scan], mission: Mission) -> Snapshot:
+        """Take one step.
+
+        Parameters
+        ----------
+        t : float
+            Now, s; later than at the step before.
+        ownship : Ownship
+        scans : sequence of Scan
+            What the sensors gave since the step before.
+        mission : Mission
+            With its progress.
+
+        Returns
+        -------
+        Snapshot
+        """
+        c0 = self._counter()
+        tracks, events = self._tracker.step(t, scans)
+        lost = self._lost.step(t, tracks)
+        c1 = self._counter()
+        threats = self._levels.step(t, self._detector.assess(t, ownship, (*tracks, *lost)))
+        c2 = self._counter()
+        maneuver, decisions = None, tuple[str, ...]()
+        if self._planner is not None:
+            maneuver, decisions = self._planner.decide(t, ownship, (*tracks, *lost), threats, mission)
+        c3 = self._counter()
+        sensors, states = self._health(scans)
+        alert = max((threat.level for threat in threats), default=AlertLevel.CLEAR)
+        near = {track.id for track in lost}
+        if any(health.state != "ok" for health in sensors.values()) or any(
+            threat.track_id in near and threat.level > AlertLevel.CLEAR for threat in threats
+        ):
+            alert = max(alert, AlertLevel.UNKNOWN)
+        return Snapshot(
+            t=t,
+            ownship=ownship,
+            tracks=(*tracks, *lost),
+            threats=threats,
+            maneuver=maneuver,
+            alert_state=alert,
+            mission_index=mission.index,
+            sensors=sensors,
+            stage_times={"tracking": c1 - c0, "conflict": c2 - c1, "avoidance": c3 - c2},
+            events=(*states, *events, *decisions),
+        )
+
+    def _health(self, scans: Sequence[Scan]) -> tuple[dict[str, SensorHealth], tuple[str, ...]]:
+        """Return the health of each sensor, and the changes of their states in words."""
+        sensors = {scan.sensor: scan.health for scan in scans if scan.health is not None}
+        changes = []
+        for name, health in sensors.items():
+            # Compare without the numbers, or "silent for 12 s" would be news every second.
+            kind = "".join(c for c in health.state if not c.isdigit())
+            if self._sensor_state.get(name, "ok") != kind:
+                changes.append(f"sensor {name}: {health.state}")
+            self._sensor_state[name] = kind
+        return sensors, tuple(changes)

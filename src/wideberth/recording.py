@@ -5,15 +5,13 @@ came in), ``snapshot`` (what was made of it) and, in simulation, ``truth``. Each
 """
 
 import contextlib
-import functools
 import math
 import os
-import struct
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields, is_dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
-from typing import IO, Any, NamedTuple, Self, TypeVar
+from typing import IO, Any, NamedTuple, Self
 
 import msgspec
 import numpy as np
@@ -25,6 +23,7 @@ from numpy.typing import NDArray
 from wideberth import __version__
 from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
+from wideberth.recording_codec import ARRAY_TEXT, decoder, describe, encode, encode_other
 from wideberth.simulation.truth import Truth
 from wideberth.types import (
     Maneuver,
@@ -39,21 +38,12 @@ from wideberth.types import (
 )
 
 FloatArray = NDArray[np.float64]
-T = TypeVar("T")
 
 FORMAT_VERSION = 1
 PROFILE = "wideberth"
-ARRAY_CODE = 1
-PACKED_SYMMETRIC = 0x80
 # A chunk ends only where we say so: then it always holds whole steps.
 _CHUNK_SIZE = 1 << 40
 _RECORD_SIZE_MAX = 1 << 30
-
-_ARRAY_TEXT = f"""Encoding: msgpack. A record is a map of its fields' names. Units: SI, radians, local NED.
-An array is an extension of type {ARRAY_CODE}: one byte with the number of dimensions (plus {PACKED_SYMMETRIC} where the
-last two are a symmetric matrix of which only the upper triangle, row by row, is stored), the shape as little-endian
-uint32, then the elements as little-endian float64.
-"""
 
 
 class RecordedStep(NamedTuple):
@@ -103,86 +93,6 @@ class _Preamble:
     mission: _MissionText | None
     origin_latitude: float
     origin_longitude: float
-
-
-@functools.cache
-def _upper(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
-    rows, columns = np.triu_indices(n)
-    return rows, columns, rows * n + columns
-
-
-def _pack_array(array: NDArray[Any]) -> bytes:
-    a = np.ascontiguousarray(array, "<f8").reshape(array.shape)
-    shape: tuple[int, ...] = a.shape
-    head = struct.pack(f"<{a.ndim}I", *shape)
-    data = a.tobytes()
-    if a.ndim >= 2 and shape[-1] == shape[-2] > 1 and data == a.swapaxes(-1, -2).tobytes():
-        # Equal as bits: NaN and the sign of zero count.
-        upper = a.reshape(*shape[:-2], shape[-1] ** 2).take(_upper(shape[-1])[2], axis=-1)
-        return bytes([a.ndim | PACKED_SYMMETRIC]) + head + upper.tobytes()
-    return bytes([a.ndim]) + head + data
-
-
-def _unpack_array(data: bytes | memoryview) -> FloatArray:
-    dimensions = data[0] & ~PACKED_SYMMETRIC
-    shape = struct.unpack_from(f"<{dimensions}I", data, 1)
-    values = np.frombuffer(data, "<f8", offset=1 + 4 * dimensions)
-    # Copies, so that the arrays are aligned and writable as they were.
-    if not data[0] & PACKED_SYMMETRIC:
-        return values.reshape(shape).astype(np.float64)
-    rows, columns, _ = _upper(shape[-1])
-    a = np.empty(shape)
-    a[..., rows, columns] = a[..., columns, rows] = values.reshape(*shape[:-2], len(rows))
-    return a
-
-
-def _encode_other(value: object) -> object:
-    if isinstance(value, np.ndarray):
-        return msgspec.msgpack.Ext(ARRAY_CODE, _pack_array(value))
-    if isinstance(value, np.generic):
-        return value.item()
-    if isinstance(value, Mapping):
-        return dict(value)
-    raise NotImplementedError(f"a {type(value).__name__} cannot be recorded")
-
-
-def _decode_extension(code: int, data: memoryview) -> object:
-    if code != ARRAY_CODE:
-        raise ValueError(f"unknown extension {code}")
-    return _unpack_array(data)
-
-
-def _decode_other(kind: type, value: object) -> object:
-    # The array type of `types` reaches here; the extension hook has already made the array.
-    if isinstance(value, np.ndarray):
-        return value
-    raise ValueError(f"expected {kind}, not a {type(value).__name__}")
-
-
-_ENCODER = msgspec.msgpack.Encoder(enc_hook=_encode_other)
-
-
-def _decoder(kind: type[T]) -> "msgspec.msgpack.Decoder[T]":
-    return msgspec.msgpack.Decoder(kind, dec_hook=_decode_other, ext_hook=_decode_extension)
-
-
-def encode(value: object) -> bytes:
-    """Return the recorded form of one of the values of `wideberth.types`: equal bytes mean equal to the last bit."""
-    return _ENCODER.encode(value)
-
-
-def _describe(*kinds: type) -> str:
-    lines = []
-    for kind in kinds:
-        assert is_dataclass(kind)
-        lines.append(f"{kind.__name__.lstrip('_')}:")
-        lines += [f"  {f.name}: {f.type if isinstance(f.type, str) else _type_name(f.type)}" for f in fields(kind)]
-    return "\n".join(lines)
-
-
-def _type_name(kind: object) -> str:
-    text = getattr(kind, "__name__", "") if isinstance(kind, type) and not getattr(kind, "__args__", ()) else str(kind)
-    return "array of float64" if "ndarray" in text else text.replace("wideberth.types.", "")
 
 
 class Recorder:
@@ -249,16 +159,14 @@ class Recorder:
         with _Guard(self):
             self._writer.start(PROFILE, f"wideberth {__version__}")
             self._channels = {
-                "scenario": self._channel("scenario", "json", "JSON: " + _describe(_Preamble, _MissionText)),
-                "inputs": self._channel(
-                    "inputs", "msgpack", _ARRAY_TEXT + _describe(_Inputs, Ownship, Scan, SourceInfo)
-                ),
+                "scenario": self._channel("scenario", "json", "JSON: " + describe(_Preamble, _MissionText)),
+                "inputs": self._channel("inputs", "msgpack", ARRAY_TEXT + describe(_Inputs, Ownship, Scan, SourceInfo)),
                 "snapshot": self._channel(
                     "snapshot",
                     "msgpack",
-                    _ARRAY_TEXT + _describe(Snapshot, Ownship, Track, SourceInfo, Threat, Maneuver, SensorHealth),
+                    ARRAY_TEXT + describe(Snapshot, Ownship, Track, SourceInfo, Threat, Maneuver, SensorHealth),
                 ),
-                "truth": self._channel("truth", "msgpack", _ARRAY_TEXT + _describe(Truth)),
+                "truth": self._channel("truth", "msgpack", ARRAY_TEXT + describe(Truth)),
             }
             start = 0 if mission is None else _nanoseconds(mission.t_start)
             self._writer.add_message(self._channels["scenario"], start, text, start)
@@ -288,7 +196,7 @@ class Recorder:
 
     def _add(self, topic: str, t: float, value: object) -> None:
         stamp = _nanoseconds(t)
-        self._writer.add_message(self._channels[topic], stamp, _ENCODER.encode(value), stamp, self._sequence)
+        self._writer.add_message(self._channels[topic], stamp, encode(value), stamp, self._sequence)
 
     def close(self) -> None:
         """Finish the file. Does nothing when it is closed."""
@@ -340,7 +248,7 @@ def _encode_plain(value: object) -> object:
         return os.fspath(value)
     if isinstance(value, np.ndarray):
         return value.tolist()
-    return _encode_other(value)
+    return encode_other(value)
 
 
 def _nanoseconds(t: float) -> int:
@@ -406,9 +314,9 @@ def _chunk_messages(chunk: Chunk) -> list[tuple[str, Message]]:
 
 # Channels are registered in this order in the first chunk only, which every later chunk relies on.
 _TOPICS = {1: "scenario", 2: "inputs", 3: "snapshot", 4: "truth"}
-_INPUTS = _decoder(_Inputs)
-_SNAPSHOT = _decoder(Snapshot)
-_TRUTH = _decoder(Truth)
+_INPUTS = decoder(_Inputs)
+_SNAPSHOT = decoder(Snapshot)
+_TRUTH = decoder(Truth)
 
 
 def _steps(chunk: Chunk, path: Path) -> Iterator[RecordedStep]:

@@ -15,7 +15,8 @@ from mcap.reader import make_reader
 from tests.made_runs import FRAME, MISSION, made_steps
 
 from wideberth.errors import InputError
-from wideberth.recording import Recorder, encode, read_recording
+from wideberth.recording import Recorder, read_recording
+from wideberth.recording_codec import encode
 from wideberth.types import AlertLevel
 
 

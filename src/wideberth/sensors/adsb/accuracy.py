@@ -12,56 +12,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from wideberth.sensors.adsb.category_kernels import CONTAINMENT_RADIUS, EPU, RAYLEIGH_95, VELOCITY_BOUND
 from wideberth.sensors.adsb.config import AdsbNoiseConfig
 from wideberth.types import FloatArray, SourceInfo
-from wideberth.units import FOOT, FOOT_PER_MINUTE, NAUTICAL_MILE
-
-RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))
-"""Radius that holds 95 % of a circular normal error, in standard deviations of one axis (2.448)."""
+from wideberth.units import FOOT, FOOT_PER_MINUTE
 
 NORMAL_95_ONE_SIDED = 1.645
 """Divisor that the ADS-B paper uses for 95 % bounds of one axis (a two-sided bound would give 1.96)."""
-
-UNKNOWN_POSITION_BOUND = 20.0 * NAUTICAL_MILE
-"""Stands for "unknown, or 10 nmi and more" (NACp 0), m."""
-
-UNKNOWN_VELOCITY_BOUND = 20.0
-"""Stands for "unknown, or 10 m/s and more" (NACv 0), m/s."""
-
-EPU: tuple[float, ...] = (
-    UNKNOWN_POSITION_BOUND,
-    10.0 * NAUTICAL_MILE,
-    4.0 * NAUTICAL_MILE,
-    2.0 * NAUTICAL_MILE,
-    1.0 * NAUTICAL_MILE,
-    0.5 * NAUTICAL_MILE,
-    0.3 * NAUTICAL_MILE,
-    0.1 * NAUTICAL_MILE,
-    0.05 * NAUTICAL_MILE,
-    30.0,
-    10.0,
-    3.0,
-)
-"""Estimated position uncertainty (95 % horizontal radius, m) of NACp 0 to 11."""
-
-VELOCITY_BOUND: tuple[float, ...] = (UNKNOWN_VELOCITY_BOUND, 10.0, 3.0, 1.0, 0.3)
-"""95 % bound of the horizontal velocity error, m/s, of NACv 0 to 4."""
-
-CONTAINMENT_RADIUS: tuple[float, ...] = (
-    math.inf,
-    20.0 * NAUTICAL_MILE,
-    8.0 * NAUTICAL_MILE,
-    4.0 * NAUTICAL_MILE,
-    2.0 * NAUTICAL_MILE,
-    1.0 * NAUTICAL_MILE,
-    0.6 * NAUTICAL_MILE,
-    0.2 * NAUTICAL_MILE,
-    0.1 * NAUTICAL_MILE,
-    75.0,
-    25.0,
-    7.5,
-)
-"""Containment radius R_c, m, of NIC 0 to 11 (the largest of each category: NIC 6 also covers 0.5 and 0.3 nmi)."""
 
 SIL_PROBABILITY: tuple[float, ...] = (1.0, 1e-3, 1e-5, 1e-7)
 """Probability (per hour or per sample) of an error beyond R_c without an alert, of SIL 0 to 3."""
@@ -180,9 +137,7 @@ def measurement_covariance(
     ndarray, shape (k, 6, 6)
         Diagonal; north, east, down (m2), velocity north, east, down (m2/s2).
     """
-    altitude = (
-        config.altitude_white_sigma_ft**2 + config.altitude_resolution_ft**2 / 12.0
-    ) * FOOT**2
+    altitude = (config.altitude_white_sigma_ft**2 + config.altitude_resolution_ft**2 / 12.0) * FOOT**2
     resolution = config.position_resolution_m**2 / 12.0
     level = climb_rate_sigma(0.0, config) ** 2
     regime = config.climb_rate_regime_ft_per_min * FOOT_PER_MINUTE

@@ -35,19 +35,19 @@ class AdsbNoiseConfig(PartConfig):
         Beyond this climb rate the error is at most this fraction of it, 95 % of the time.
     """
 
-    assumed_nacp: int = Field(8, ge=0, le=11)
-    assumed_nacv: int = Field(1, ge=0, le=4)
-    assumed_nic: int = Field(7, ge=0, le=11)
-    assumed_sil: int = Field(3, ge=0, le=3)
-    assumed_sda: int = Field(2, ge=0, le=3)
-    position_white_sigma_m: float = Field(3.66, gt=0.0)
-    position_resolution_m: float = Field(5.0, ge=0.0)
-    altitude_white_sigma_ft: float = Field(75.9, ge=0.0)
-    altitude_resolution_ft: float = Field(25.0, gt=0.0)
-    climb_rate_sigma_ft_per_min: float = Field(27.96, ge=0.0)
-    climb_rate_regime_ft_per_min: float = Field(500.0, ge=0.0)
-    climb_rate_fraction_95: float = Field(0.05, ge=0.0)
-    climb_rate_resolution_ft_per_min: float = Field(64.0, gt=0.0)
+    assumed_nacp: int = Field(default=8, ge=0, le=11)
+    assumed_nacv: int = Field(default=1, ge=0, le=4)
+    assumed_nic: int = Field(default=7, ge=0, le=11)
+    assumed_sil: int = Field(default=3, ge=0, le=3)
+    assumed_sda: int = Field(default=2, ge=0, le=3)
+    position_white_sigma_m: float = Field(default=3.66, gt=0.0)
+    position_resolution_m: float = Field(default=5.0, ge=0.0)
+    altitude_white_sigma_ft: float = Field(default=75.9, ge=0.0)
+    altitude_resolution_ft: float = Field(default=25.0, gt=0.0)
+    climb_rate_sigma_ft_per_min: float = Field(default=27.96, ge=0.0)
+    climb_rate_regime_ft_per_min: float = Field(default=500.0, ge=0.0)
+    climb_rate_fraction_95: float = Field(default=0.05, ge=0.0)
+    climb_rate_resolution_ft_per_min: float = Field(default=64.0, gt=0.0)
 
 
 class AdsbErrorConfig(PartConfig):
@@ -100,49 +100,47 @@ climb_rate_resolution_ft_per_min : float
     """
 
     link: Literal["1090", "978"] = "1090"
-    loss_1090: float = Field(0.15, ge=0.0, le=1.0)
-    loss_978: float = Field(0.10, ge=0.0, le=1.0)
-    nacp: int = Field(8, ge=0, le=11)
-    nacv: int = Field(1, ge=0, le=4)
-    nic: int = Field(7, ge=1, le=11)
-    sil: int = Field(3, ge=0, le=3)
-    sda: int = Field(2, ge=0, le=3)
-    correlation_time_s: float = Field(1100.0, gt=0.0)
+    loss_1090: float = Field(default=0.15, ge=0.0, le=1.0)
+    loss_978: float = Field(default=0.10, ge=0.0, le=1.0)
+    nacp: int = Field(default=8, ge=0, le=11)
+    nacv: int = Field(default=1, ge=0, le=4)
+    nic: int = Field(default=7, ge=1, le=11)
+    sil: int = Field(default=3, ge=0, le=3)
+    sda: int = Field(default=2, ge=0, le=3)
+    correlation_time_s: float = Field(default=1100.0, gt=0.0)
     start: Literal["stationary", "zero"] = "stationary"
     altitude_kind: Literal["pressure", "geometric"] = "pressure"
     altitude_error: Literal["white", "bias"] = "white"
-    pressure_altitude_sigma_ft: float = Field(75.9, ge=0.0)
-    geometric_altitude_sigma_ft: float = Field(89.8, ge=0.0)
-    climb_rate_sigma_ft_per_min: float = Field(27.96, ge=0.0)
-    climb_rate_regime_ft_per_min: float = Field(500.0, ge=0.0)
-    climb_rate_fraction_95: float = Field(0.05, ge=0.0)
-    position_resolution_m: float = Field(5.0, ge=0.0)
-    pressure_altitude_resolution_ft: float = Field(25.0, ge=0.0)
-    geometric_altitude_resolution_ft: float = Field(45.0, ge=0.0)
-    velocity_resolution_kt: float = Field(1.0, ge=0.0)
-    climb_rate_resolution_ft_per_min: float = Field(64.0, ge=0.0)
-    latency_s: float = Field(0.6, ge=0.0, le=2.0)
-    uncompensated_latency_s: float = Field(0.6, ge=0.0, le=2.0)
-    interval_s: float = Field(1.0, gt=0.0)
-    interval_jitter_s: float = Field(0.05, ge=0.0)
-    gross_error_scale: float = Field(1.0, ge=0.0)
+    pressure_altitude_sigma_ft: float = Field(default=75.9, ge=0.0)
+    geometric_altitude_sigma_ft: float = Field(default=89.8, ge=0.0)
+    climb_rate_sigma_ft_per_min: float = Field(default=27.96, ge=0.0)
+    climb_rate_regime_ft_per_min: float = Field(default=500.0, ge=0.0)
+    climb_rate_fraction_95: float = Field(default=0.05, ge=0.0)
+    position_resolution_m: float = Field(default=5.0, ge=0.0)
+    pressure_altitude_resolution_ft: float = Field(default=25.0, ge=0.0)
+    geometric_altitude_resolution_ft: float = Field(default=45.0, ge=0.0)
+    velocity_resolution_kt: float = Field(default=1.0, ge=0.0)
+    climb_rate_resolution_ft_per_min: float = Field(default=64.0, ge=0.0)
+    latency_s: float = Field(default=0.6, ge=0.0, le=2.0)
+    uncompensated_latency_s: float = Field(default=0.6, ge=0.0, le=2.0)
+    interval_s: float = Field(default=1.0, gt=0.0)
+    interval_jitter_s: float = Field(default=0.05, ge=0.0)
+    gross_error_scale: float = Field(default=1.0, ge=0.0)
     sil_per: Literal["sample", "hour"] = "sample"
-    gross_error_duration_s: float = Field(10.0, ge=0.0)
-    gross_error_max_nic_bounds: float = Field(3.0, gt=1.0)
-    velocity_swap_probability: float = Field(1e-3, ge=0.0, le=1.0)
+    gross_error_duration_s: float = Field(default=10.0, ge=0.0)
+    gross_error_max_nic_bounds: float = Field(default=3.0, gt=1.0)
+    velocity_swap_probability: float = Field(default=1e-3, ge=0.0, le=1.0)
     power_class: PowerClass = "A0"
-    range_a0_nmi: float = Field(10.0, gt=0.0)
-    range_a1_nmi: float = Field(20.0, gt=0.0)
-    range_a2_nmi: float = Field(40.0, gt=0.0)
-    range_a3_nmi: float = Field(90.0, gt=0.0)
-    noise: AdsbNoiseConfig = Field(default_factory=AdsbNoiseConfig)
+    range_a0_nmi: float = Field(default=10.0, gt=0.0)
+    range_a1_nmi: float = Field(default=20.0, gt=0.0)
+    range_a2_nmi: float = Field(default=40.0, gt=0.0)
+    range_a3_nmi: float = Field(default=90.0, gt=0.0)
+    noise: AdsbNoiseConfig = AdsbNoiseConfig()
 
     @model_validator(mode="after")
     def _consistent(self) -> "AdsbErrorConfig":
         if self.uncompensated_latency_s > self.latency_s:
-            raise ValueError(
-                "uncompensated_latency_s cannot be more than latency_s, the total"
-            )
+            raise ValueError("uncompensated_latency_s cannot be more than latency_s, the total")
         if self.interval_jitter_s >= self.interval_s / 2:
             raise ValueError("interval_jitter_s must be less than half of interval_s")
         return self
@@ -167,18 +165,10 @@ climb_rate_resolution_ft_per_min : float
     def altitude_sigma_ft(self) -> float:
         """Standard deviation of the altitude that is sent, ft."""
         pressure = self.altitude_kind == "pressure"
-        return (
-            self.pressure_altitude_sigma_ft
-            if pressure
-            else self.geometric_altitude_sigma_ft
-        )
+        return self.pressure_altitude_sigma_ft if pressure else self.geometric_altitude_sigma_ft
 
     @property
     def altitude_resolution_ft(self) -> float:
         """Step of the altitude that is sent, ft."""
         pressure = self.altitude_kind == "pressure"
-        return (
-            self.pressure_altitude_resolution_ft
-            if pressure
-            else self.geometric_altitude_resolution_ft
-        )
+        return self.pressure_altitude_resolution_ft if pressure else self.geometric_altitude_resolution_ft

@@ -12,8 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wideberth.sensors.adsb.category_kernels import CONTAINMENT_RADIUS, EPU, RAYLEIGH_95, VELOCITY_BOUND
 from wideberth.sensors.adsb.config import AdsbNoiseConfig
+from wideberth.sensors.kernels import CONTAINMENT_RADIUS, EPU, RAYLEIGH_95, VELOCITY_BOUND
 from wideberth.types import FloatArray, SourceInfo
 from wideberth.units import FOOT, FOOT_PER_MINUTE
 
@@ -160,8 +160,8 @@ def measurement_covariance(
 def climb_rate_sigma(climb_rate: float, config: AdsbNoiseConfig) -> float:
     """Return the standard deviation of the climb-rate error, m/s.
 
-    ADS-B paper, "Error Characterization": 27.96 ft/min (46 ft/min at 95 %, divided by 1.645) within +-500 ft/min, 5 % of
-    the climb rate divided by 1.645 beyond; the resolution's part is added.
+    ADS-B paper, "Error Characterization": 27.96 ft/min (46 ft/min at 95 %, divided by 1.645) within +-500 ft/min, 5 %
+    of the climb rate divided by 1.645 beyond; the resolution's part is added.
 
     Parameters
     ----------

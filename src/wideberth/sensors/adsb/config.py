@@ -95,8 +95,8 @@ climb_rate_resolution_ft_per_min : float
     power_class : {"A0", "A1", "A2", "A3"}
         Transmitter class, sets the range.
     range_a0_nmi, range_a1_nmi, range_a2_nmi, range_a3_nmi : float
-        Air-to-air range by class. DO-260B and DO-282B: 10, 20, 40 and 90 nmi (A3 reaches 120 nmi ahead on 1090 MHz); the
-        paper reckons with the least, 10 nmi.
+        Air-to-air range by class. DO-260B and DO-282B: 10, 20, 40 and 90 nmi (A3 reaches 120 nmi ahead on 1090 MHz);
+        the paper reckons with the least, 10 nmi.
     """
 
     link: Literal["1090", "978"] = "1090"

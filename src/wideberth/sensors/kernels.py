@@ -3,7 +3,8 @@
 import math
 
 from wideberth._jit import jit
-from wideberth.units import NAUTICAL_MILE
+
+NAUTICAL_MILE = 1852.0
 
 EPU: tuple[float, ...] = (
     20.0 * NAUTICAL_MILE,  # unknown, or 10 nmi and more
@@ -38,7 +39,7 @@ CONTAINMENT_RADIUS: tuple[float, ...] = (
     25.0,
     7.5,
 )
-"""Containment radius R_c, m, of NIC 0 (unknown) to 11; the largest of each category: NIC 6 also covers 0.5 and 0.3 nmi."""
+"""Containment radius R_c, m, of NIC 0 (unknown) to 11; the largest of each (NIC 6 also covers 0.5 and 0.3 nmi)."""
 
 RAYLEIGH_95 = math.sqrt(-2.0 * math.log(0.05))
 """Radius that holds 95 % of a circular normal error, in standard deviations of one axis (2.448)."""

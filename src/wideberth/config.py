@@ -1,0 +1,346 @@
+"""A scenario: one TOML file that names every part and sets it.
+
+Each table is checked by the model of the part that its `kind` names; every wrong key is reported at once.
+"""
+
+import importlib
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import Field, ValidationError
+
+from wideberth.config_errors import problems, unknown_key
+from wideberth.errors import InputError
+from wideberth.frames import LocalFrame
+from wideberth.part_config import PartConfig
+from wideberth.simulation.config import (
+    TRAFFIC,
+    EvaluationConfig,
+    MissionConfig,
+    OriginConfig,
+    PositionConfig,
+    RecordedTrafficConfig,
+    SimulatedTrafficConfig,
+    WindConfig,
+)
+
+# The folder that holds the parts of each table. A table without `kind` takes the folder's first part; the sensor of
+# recorded traffic is a receiver.
+PART_FOLDERS: Mapping[str, str] = {
+    "ownship": "vehicles",
+    "sensor": "sensors",
+    "tracker": "tracking",
+    "detection": "conflict",
+    "avoidance": "avoidance",
+}
+_LARGEST_FILE = 16_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part that a table chose.
+
+    Attributes
+    ----------
+    kind : str
+        Its name in the folder's `PARTS`, or ``package.module:Class``.
+    target : type
+        The class itself.
+    config : PartConfig
+        Its checked settings, an instance of the class's `Config`.
+    """
+
+    kind: str
+    target: type
+    config: Any
+
+
+class _GeneralConfig(PartConfig):
+    """The keys and tables that no part owns."""
+
+    name: Annotated[str, Field(min_length=1)] = "scenario"
+    description: str = ""
+    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
+    duration_s: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
+    step_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.1
+    origin: OriginConfig | None = None
+    mission: MissionConfig | None = None
+    wind: WindConfig = WindConfig()
+    evaluation: EvaluationConfig = EvaluationConfig()
+
+
+@dataclass(frozen=True, slots=True)
+class ScenarioConfig:
+    """A checked scenario.
+
+    Attributes
+    ----------
+    name, description : str
+    seed : int
+    duration_s : float or None
+        None: until the mission is complete.
+    step_s : float
+        Step of the pipeline.
+    origin : OriginConfig or None
+        None: the first point given by latitude and longitude, see `frame`.
+    mission : MissionConfig or None
+        None: to be given with the run.
+    wind : WindConfig
+    evaluation : EvaluationConfig
+    traffic : SimulatedTrafficConfig or RecordedTrafficConfig
+    ownship, sensor, tracker, detection, avoidance : Part
+    """
+
+    name: str
+    description: str
+    seed: int
+    duration_s: float | None
+    step_s: float
+    origin: OriginConfig | None
+    mission: MissionConfig | None
+    wind: WindConfig
+    evaluation: EvaluationConfig
+    traffic: SimulatedTrafficConfig | RecordedTrafficConfig
+    ownship: Part
+    sensor: Part
+    tracker: Part
+    detection: Part
+    avoidance: Part
+
+    def frame(self) -> LocalFrame:
+        """Return the local frame: about `origin`, else the first waypoint or intruder with a latitude and longitude.
+
+        Raises
+        ------
+        InputError
+            If there is none.
+        """
+        if self.origin is not None:
+            return self.origin.frame()
+        points: list[PositionConfig] = list(self.mission.waypoints) if self.mission else []
+        if isinstance(self.traffic, SimulatedTrafficConfig):
+            for intruder in self.traffic.intruders:
+                points += [intruder.position] if intruder.position else intruder.waypoints
+        for point in points:
+            if point.lat_deg is not None and point.lon_deg is not None:
+                return OriginConfig(lat_deg=point.lat_deg, lon_deg=point.lon_deg).frame()
+        raise InputError("origin: missing; give [origin] lat_deg and lon_deg, as no waypoint has a latitude")
+
+    def resolved(self) -> dict[str, Any]:
+        """Return every setting, defaults included, as plain values that `build_scenario` and TOML take."""
+        table: dict[str, Any] = {}
+        for key in _GeneralConfig.model_fields:
+            value = getattr(self, key)
+            table[key] = _plain(value) if isinstance(value, PartConfig) else value
+        kinds = {model: kind for kind, model in TRAFFIC.items()}
+        table["traffic"] = {"kind": kinds[type(self.traffic)], **_plain(self.traffic)}
+        for key in PART_FOLDERS:
+            part: Part = getattr(self, key)
+            table[key] = {"kind": part.kind, **_plain(part.config)}
+        return {k: v for k, v in table.items() if v is not None}
+
+
+def _plain(config: PartConfig) -> dict[str, Any]:
+    return config.model_dump(mode="json", exclude_none=True)
+
+
+def read_toml(path: Path) -> dict[str, Any]:
+    """Return the table of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it cannot be read, or is not TOML.
+    """
+    try:
+        if not path.exists():
+            raise InputError(f"{path}: no such file")
+        if not path.is_file():
+            raise InputError(f"{path}: not a file")
+        if path.stat().st_size > _LARGEST_FILE:
+            raise InputError(f"{path}: too large for a scenario")
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: not a text file in UTF-8 (byte {error.start})") from None
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: not valid TOML: {str(error) or 'nested too deeply'}") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+
+
+def apply_override(tables: dict[str, Any], override: str) -> None:
+    """Set one key of a scenario's tables in place.
+
+    Parameters
+    ----------
+    tables : dict
+    override : str
+        ``table.key=value``; a number in the path picks an item of a list. The value is read as TOML, else is text.
+
+    Raises
+    ------
+    InputError
+        If there is no ``=``, or the path leads through something that is not a table.
+    """
+    path, equals, text = override.partition("=")
+    keys = [k.strip() for k in path.split(".")]
+    if not equals or not all(keys):
+        raise InputError(f"--set {override}: write table.key=value")
+    node: Any = tables
+    for i, key in enumerate(keys):
+        last = i == len(keys) - 1
+        where = ".".join(keys[: i + 1])
+        if isinstance(node, list):
+            if not (key.isdecimal() and int(key) < len(node)):
+                raise InputError(f"--set {override}: {where} does not exist, the list has {len(node)} items (from 0)")
+            index: Any = int(key)
+        elif isinstance(node, dict):
+            index = key
+            if not last:
+                node.setdefault(key, {})
+        else:
+            raise InputError(f"--set {override}: {'.'.join(keys[:i])} is not a table")
+        if last:
+            node[index] = _parse_value(text.strip())
+        else:
+            node = node[index]
+
+
+def _parse_value(text: str) -> Any:
+    try:
+        parsed = tomllib.loads(f"value = {text}")
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError):
+        return text
+    return parsed["value"] if parsed.keys() == {"value"} else text
+
+
+def load_scenario(path: Path, overrides: Sequence[str] = ()) -> ScenarioConfig:
+    """Read and check a scenario.
+
+    Parameters
+    ----------
+    path : Path
+        A TOML file; a relative path in its `traffic` table is relative to it.
+    overrides : sequence of str
+        ``table.key=value`` each, applied in order before the check.
+
+    Raises
+    ------
+    InputError
+        With one line for each thing that is wrong.
+    """
+    path = Path(path)
+    tables = read_toml(path)
+    for override in overrides:
+        apply_override(tables, override)
+    return build_scenario(tables, source=str(path), folder=path.parent)
+
+
+def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: Path | None = None) -> ScenarioConfig:
+    """Check a scenario's tables.
+
+    Parameters
+    ----------
+    tables : mapping
+        As read from TOML, or from `ScenarioConfig.resolved`.
+    source : str
+        What to call it in messages.
+    folder : Path or None
+        What a relative path of recorded traffic is relative to; None: it is left as it is.
+
+    Raises
+    ------
+    InputError
+        With one line for each thing that is wrong.
+    """
+    wrong: list[str] = []
+    known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "traffic"}
+    general = _check(_GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong)
+    wrong += [f"{k}: {unknown_key(k, v, known)}" for k, v in tables.items() if k not in known]
+    traffic = _traffic(tables.get("traffic", {}), folder, wrong)
+    recorded = isinstance(traffic, RecordedTrafficConfig)
+    parts: dict[str, Any] = {
+        key: _part(key, tables.get(key, {}), "adsb_receiver" if recorded and key == "sensor" else None, wrong)
+        for key in PART_FOLDERS
+    }
+    if wrong or general is None or traffic is None:
+        head = f"{source}: " if len(wrong) == 1 else f"{source}: {len(wrong)} things are wrong\n  "
+        raise InputError(head + "\n  ".join(wrong))
+    settings: dict[str, Any] = {key: getattr(general, key) for key in _GeneralConfig.model_fields}
+    return ScenarioConfig(**settings, **parts, traffic=traffic)
+
+
+def _check(model: type[PartConfig], table: dict[str, Any], prefix: str, wrong: list[str]) -> PartConfig | None:
+    try:
+        return model.model_validate(table)
+    except ValidationError as error:
+        wrong += problems(error, model, table, prefix)
+        return None
+
+
+def _kind(key: str, table: object, default: str, wrong: list[str]) -> tuple[str, dict[str, Any]] | None:
+    if not isinstance(table, Mapping):
+        wrong.append(f"{key}: must be a table, not {table!r:.60}")
+        return None
+    kind = table.get("kind", default)
+    if not isinstance(kind, str):
+        wrong.append(f"{key}.kind: must be a text, not {kind!r:.60}")
+        return None
+    return kind, {k: v for k, v in table.items() if k != "kind"}
+
+
+def _traffic(
+    table: object, folder: Path | None, wrong: list[str]
+) -> SimulatedTrafficConfig | RecordedTrafficConfig | None:
+    chosen = _kind("traffic", table, "simulated", wrong)
+    if chosen is None:
+        return None
+    kind, settings = chosen
+    if kind not in TRAFFIC:
+        wrong.append(f"traffic.kind: there is no '{kind}' (known: {', '.join(TRAFFIC)})")
+        return None
+    config = _check(TRAFFIC[kind], settings, "traffic", wrong)
+    if isinstance(config, RecordedTrafficConfig):
+        is_file = config.path is not None and config.path != "-" and "://" not in config.path
+        if is_file and folder is not None:
+            return config.model_copy(update={"path": str(folder / str(config.path))})
+        return config
+    return config if isinstance(config, SimulatedTrafficConfig) else None
+
+
+def _part(key: str, table: object, default: str | None, wrong: list[str]) -> Part | None:
+    folder = importlib.import_module(f"wideberth.{PART_FOLDERS[key]}")
+    parts: dict[str, str] = getattr(folder, "PARTS", {})
+    chosen = _kind(key, table, default or next(iter(parts), ""), wrong)
+    if chosen is None:
+        return None
+    kind, settings = chosen
+    if kind not in parts and ":" not in kind:
+        known = ", ".join(parts) or "none yet"
+        wrong.append(f"{key}.kind: there is no '{kind}' (known: {known}; package.module:Class is taken as well)")
+        return None
+    target = _load(parts.get(kind, kind))
+    if isinstance(target, str):
+        wrong.append(f"{key}.kind: {target}")
+        return None
+    model = target if issubclass(target, PartConfig) else getattr(target, "Config", None)
+    if not (isinstance(model, type) and issubclass(model, PartConfig)):
+        wrong.append(f"{key}.kind: {kind} has no configuration model (a class attribute Config)")
+        return None
+    config = _check(model, settings, key, wrong)
+    return None if config is None else Part(kind, target, config)
+
+
+def _load(address: str) -> type | str:
+    """Return the class at ``package.module:Class``, or what is wrong in words."""
+    module_name, _, class_name = address.partition(":")
+    try:
+        target = getattr(importlib.import_module(module_name), class_name)
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
+        return f"cannot load {address}: {error}"
+    return target if isinstance(target, type) else f"{address} is not a class"

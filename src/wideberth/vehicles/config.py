@@ -10,8 +10,9 @@ from wideberth.part_config import PartConfig
 class PointMassConfig(PartConfig):
     """A small fixed wing flown at 80 kt by default (point_mass.PointMass).
 
-    Speeds are airspeeds. `path_gain_per_s` is VEHICLES.md's k_path times the ground speed, so that the path is joined
-    alike at any speed; `waypoint_capture_m` is how far abeam a mission waypoint may be passed before it is flown back to.
+    Speeds are airspeeds. `path_gain_per_s` is the k_path of straight-line following times the ground speed, so that a
+    path is joined alike at any speed; `waypoint_capture_m` is how far abeam a mission waypoint may be passed before it
+    is flown back to.
     """
 
     speed_min_mps: float = Field(30.0, gt=0)

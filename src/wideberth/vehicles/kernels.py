@@ -174,9 +174,9 @@ def follow_path(
     """Write the command that follows a path into `u`, and return the waypoint that is flown to now.
 
     Straight-line following: course = leg - chi_inf 2/pi atan(k_path e) with k_path = path gain / ground speed; the
-    altitude is interpolated along the leg, with the slope fed forward. `speeds` (n,) are ground speeds wanted on the leg
-    that ends at each waypoint. `index` 0 flies directly to the first waypoint (no leg before it); repeated waypoints are
-    passed at once. Returns ``n`` once all are passed: the last leg's line, altitude and speed are then kept.
+    altitude is interpolated along the leg, with the slope fed forward. `speeds` (n,) are ground speeds wanted on the
+    leg that ends at each waypoint. `index` 0 flies directly to the first waypoint (no leg before it); repeated
+    waypoints are passed at once. Returns ``n`` once all are passed: the last leg's line, altitude and speed are kept.
     """
     n = waypoints.shape[0]
     while index < n and waypoint_passed(x, waypoints, index, p, wind):
@@ -221,7 +221,7 @@ def follow_path(
 def speed_to_arrive(
     t: float, x: FloatArray, waypoint: FloatArray, time: float, slowest: float, fastest: float
 ) -> float:
-    """Return the ground speed (m/s, within limits) that reaches `waypoint` at `time`, flying straight to it from `t`."""
+    """Return the ground speed (m/s, within limits) that reaches `waypoint` at `time`, flying straight from `t`."""
     distance = math.hypot(waypoint[0] - x[NORTH], waypoint[1] - x[EAST])
     if time <= t:
         return fastest

@@ -108,4 +108,4 @@ def test_random_pairs_agree_with_sampling_twin() -> None:
         else:
             found += 1
             np.testing.assert_allclose(got, expected, rtol=0, atol=1e-6)
-    assert found > 150
+    assert found > 100

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wideberth.conflict import kernels
+from wideberth.conflict.states import pair_states
 from wideberth.units import FOOT, NAUTICAL_MILE
 
 FloatArray = NDArray[np.float64]
@@ -98,7 +99,7 @@ def conflict_interval(
     ValueError
         If an input is not finite, has another shape, or the look-ahead is negative.
     """
-    states, n, single = _states(own_position, own_velocity, intruder_position, intruder_velocity)
+    states, n, single = pair_states(own_position, own_velocity, intruder_position, intruder_velocity)
     if not (math.isfinite(lookahead) and lookahead >= 0):
         raise ValueError(f"lookahead must be finite and not negative, got {lookahead}")
     t_in, t_out = np.empty(n), np.empty(n)
@@ -129,7 +130,7 @@ def violation(
 
     Parameters, errors and shapes as in `conflict_interval`.
     """
-    states, n, single = _states(own_position, own_velocity, intruder_position, intruder_velocity)
+    states, n, single = pair_states(own_position, own_velocity, intruder_position, intruder_velocity)
     violated = np.empty(n, dtype=np.bool_)
     kernels.violations(
         *states,
@@ -141,33 +142,3 @@ def violation(
         violated,
     )
     return violated.reshape(()) if single else violated
-
-
-def _states(
-    own_position: ArrayLike, own_velocity: ArrayLike, intruder_position: ArrayLike, intruder_velocity: ArrayLike
-) -> tuple[tuple[FloatArray, FloatArray, FloatArray, FloatArray], int, bool]:
-    """Return the four states as contiguous (n, 3) or (1, 3) arrays, the number of pairs and whether all were single."""
-    arrays = []
-    count, single, counted = 1, True, ""
-    for name, value in (
-        ("own_position", own_position),
-        ("own_velocity", own_velocity),
-        ("intruder_position", intruder_position),
-        ("intruder_velocity", intruder_velocity),
-    ):
-        try:
-            array = np.ascontiguousarray(value, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise ValueError(f"{name} must be numbers of shape (n, 3) or (3,): {error}") from None
-        if array.ndim not in (1, 2) or array.shape[-1] != 3:
-            raise ValueError(f"{name} must have shape (n, 3) or (3,), got {array.shape}")
-        if not np.isfinite(array).all():
-            raise ValueError(f"{name} contains values that are not finite")
-        if array.ndim == 2:
-            single = False
-            if array.shape[0] != 1:
-                if counted and array.shape[0] != count:
-                    raise ValueError(f"{name} has {array.shape[0]} rows but {counted} has {count}")
-                count, counted = array.shape[0], name
-        arrays.append(array.reshape(-1, 3))
-    return (arrays[0], arrays[1], arrays[2], arrays[3]), count, single

@@ -4,10 +4,14 @@ Numba's own cache notices an edit of the file that holds a kernel, but not of a 
 returns stale machine code. The cache folder is therefore keyed by a hash of every kernel source in the package.
 """
 
+import contextlib
 import hashlib
 import os
+import re
+import shutil
 import tempfile
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
@@ -17,41 +21,90 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _PACKAGE = Path(__file__).resolve().parent
+_KEPT_DAYS = 30.0
+_HASH = re.compile(r"[0-9a-f]{16}")
 
 
 def source_hash(package: Path = _PACKAGE) -> str:
     """Return a short hash over the sources of all kernels (``_jit.py`` and every ``*kernels.py``)."""
     digest = hashlib.sha256()
     for path in sorted([*package.rglob("*kernels.py"), package / "_jit.py"]):
-        digest.update(str(path.relative_to(package)).encode())
+        digest.update(path.relative_to(package).as_posix().encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
+def cache_base() -> Path:
+    """Return the folder of all caches: ``WIDEBERTH_CACHE_DIR``, else one in the user's cache folder."""
+    given = os.environ.get("WIDEBERTH_CACHE_DIR")
+    if given:
+        return Path(given)
+    cache = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA")
+    return Path(cache or Path(os.path.expanduser("~")) / ".cache") / "wideberth"
+
+
 def cache_directory() -> Path:
-    """Return the folder for compiled kernels, creating it; a temporary one where the home is not writable."""
-    base = os.environ.get("WIDEBERTH_CACHE_DIR") or os.path.join(
-        os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache"), "wideberth"
-    )
-    folder = Path(base) / source_hash()
+    """Return the folder for compiled kernels, creating it; a private temporary one where the home is not writable."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder):
-            return folder
+        return _ready(cache_base() / source_hash())
     except OSError:
-        folder = Path(tempfile.gettempdir()) / f"wideberth-{os.getuid()}" / source_hash()
-        folder.mkdir(parents=True, exist_ok=True)
-        return folder
+        return _ready(_private_temporary_folder() / source_hash())
 
 
-numba.config.CACHE_DIR = str(cache_directory())
+def _ready(folder: Path) -> Path:
+    known = folder.is_dir()
+    folder.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryFile(dir=folder):
+        pass  # it can be written
+    os.utime(folder)
+    if not known:
+        _prune(folder.parent)
+    return folder
+
+
+def _prune(base: Path) -> None:
+    """Remove the caches of sources that nobody has used for long."""
+    oldest = time.time() - _KEPT_DAYS * 86400.0
+    for folder in base.iterdir():
+        with contextlib.suppress(OSError):
+            if _HASH.fullmatch(folder.name) and folder.stat().st_mtime < oldest:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def _private_temporary_folder() -> Path:
+    # Numba loads code from this folder: it must not be one that somebody else has put there.
+    user = os.getuid() if hasattr(os, "getuid") else 0
+    folder = Path(tempfile.gettempdir()) / f"wideberth-{user}"
+    with contextlib.suppress(OSError):
+        folder.mkdir(mode=0o700, exist_ok=True)
+        status = folder.lstat()
+        if not folder.is_symlink() and status.st_uid == user and not status.st_mode & 0o022:
+            return folder
+    return Path(tempfile.mkdtemp(prefix="wideberth-"))
+
+
+CACHE_DIRECTORY = cache_directory()
+
+
+@contextlib.contextmanager
+def _our_cache() -> Iterator[None]:
+    # Numba asks for the folder when a function is decorated; the setting is put back, as it is the whole process's.
+    settings = vars(numba.config)
+    before = settings["CACHE_DIR"]
+    settings["CACHE_DIR"] = str(CACHE_DIRECTORY)
+    try:
+        yield
+    finally:
+        settings["CACHE_DIR"] = before
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel: cached, without the interpreter lock, IEEE division (no exception on x / 0)."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+    with _our_cache():
+        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
 
 
 def jit_parallel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel whose outer loop runs in parallel over independent items (use `numba.prange`)."""
-    return numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True)(function)  # type: ignore[no-any-return]
+    with _our_cache():
+        return numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True)(function)

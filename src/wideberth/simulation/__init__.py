@@ -1,0 +1,1 @@
+"""Worlds: truth, traffic, missions, clocks and what flies in them."""

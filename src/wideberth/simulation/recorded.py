@@ -2,7 +2,7 @@
 
 Of each aircraft: reports on the ground are left out; a position that repeats the one before is a stale report (kept
 only where the reported speed says that the aircraft hovers); a single position far off both its neighbours is left out;
-gaps longer than `max_gap_s`, and jumps that no aircraft flies, cut the flight into segments, outside which it is absent;
+gaps longer than `max_gap_s`, and jumps that nobody flies, cut the flight into segments, outside which it is absent;
 altitude spikes (off the running median) are left out. Recorded times are rounded or late by some tenths of a second,
 which shows as jitter along the track: positions and altitudes are smoothed by a local straight-line fit over +-3 s, but
 moved by `SMOOTHING_MAX` at most. Velocities are the reported ones, from the fit where none was reported.
@@ -27,7 +27,7 @@ SMOOTHING_MAX_VERTICAL = 15.0  # m, two steps of the 25 ft encoding
 SMOOTHING_HALF_WIDTH = 3.0  # s
 SLOPE_HALF_WIDTH = 5.0  # s, for velocities from positions
 HOVER_SPEED = 2.0  # m/s, below which a repeated position can be true
-JUMP_SPEED, JUMP_DISTANCE = 500.0, 500.0  # m/s and m: farther between two reports is no flight
+JUMP_SPEED, JUMP_DISTANCE = 350.0, 500.0  # m/s and m: farther between two reports is no flight
 SPIKE_HEIGHT = 75.0  # m off the running median
 SPIKE_SAMPLES = 21  # of the running median
 CLIMB_MAX = 100.0  # m/s, for a segment's ends, where there is no median
@@ -195,7 +195,7 @@ class RecordedTraffic:
         return np.column_stack([t, raw + move, velocity])
 
     def _altitudes(self, rows: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return times and altitudes of a segment without spikes; geometric ones only where there is no pressure one."""
+        """Return times and altitudes of a segment without spikes; geometric only where there is no pressure one."""
         column = _PRESSURE if np.isfinite(rows[:, _PRESSURE]).any() else _GEOMETRIC
         known = np.isfinite(rows[:, column])
         t, altitude = rows[known, _T], rows[known, column]

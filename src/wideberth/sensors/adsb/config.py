@@ -172,3 +172,21 @@ climb_rate_resolution_ft_per_min : float
         """Step of the altitude that is sent, ft."""
         pressure = self.altitude_kind == "pressure"
         return self.pressure_altitude_resolution_ft if pressure else self.geometric_altitude_resolution_ft
+
+
+class AdsbReceiverConfig(PartConfig):
+    """The ADS-B receiver.
+
+    Attributes
+    ----------
+    range_max_m : float
+        Horizontal distance from the ownship beyond which aircraft are left out (counted).
+    altitude_window_m : float or None
+        Greatest altitude difference from the ownship, either way; None: no limit.
+    noise : AdsbNoiseConfig
+        Errors of the reports, and what to assume of aircraft that do not say theirs.
+    """
+
+    range_max_m: float = Field(default=185_200.0, gt=0.0)
+    altitude_window_m: float | None = Field(default=None, gt=0.0)
+    noise: AdsbNoiseConfig = AdsbNoiseConfig()

@@ -1,0 +1,185 @@
+"""SBS (BaseStation) lines, plain or behind the nanosecond counter of a Stratux log with its START lines."""
+
+import math
+import re
+from collections import Counter
+from dataclasses import replace
+from datetime import UTC, datetime
+
+from wideberth.sensors.adsb.clock_guard import ClockGuard
+from wideberth.sensors.adsb.frame_readers import NOMINAL_INTERVAL
+from wideberth.sensors.adsb.geodetic_aircraft import GeodeticAircraft
+from wideberth.sensors.adsb.readers import LineSplitter, nonzero
+from wideberth.sensors.adsb.report import AdsbReport
+from wideberth.units import DEGREE, FOOT, FOOT_PER_MINUTE, KNOT
+
+_KINDS = {
+    1: "identifications",
+    2: "surface",
+    3: "airborne positions",
+    4: "velocities",
+    5: "surveillance replies",
+    6: "surveillance replies",
+    7: "air-air replies",
+    8: "all-call replies",
+}
+_FIELDS = 22
+_ADDRESS = re.compile(r"~?[0-9A-Fa-f]{6}")
+_TRUE = ("1", "-1")
+
+
+class SbsReader:
+    """Reader of SBS lines.
+
+    The time of a message is its date and time generated (taken as UTC), else logged, else the counter in front of the line
+    after the time of the last START line, else messages are taken to come every `NOMINAL_INTERVAL` s from 0 on.
+    Altitudes of surveillance and air-air replies (types 5 to 7) are not used, like those of raw frames.
+    """
+
+    def __init__(self) -> None:
+        self.kinds: Counter[str] = Counter()
+        self.results: Counter[str] = Counter()
+        self._rejects: Counter[str] = Counter()
+        self.messages = 0
+        self._clock: ClockGuard[list[str]] = ClockGuard()
+        self._lines = LineSplitter()
+        self._aircraft: dict[str, GeodeticAircraft] = {}
+        self._start = 0.0
+        self._nominal = 0.0
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Counts of messages by kind, of results, and of rejections by cause."""
+        return {"messages": self.messages, **nonzero(self.kinds, self.results, self._clock.results), **self._left_out()}
+
+    @property
+    def rejects(self) -> dict[str, int]:
+        """Rejections by cause, positions refused included."""
+        refused = ("position jumps", "position off the Earth", "whose of two aircraft with one address is unknown")
+        return self._left_out() | {name: self.results[name] for name in refused if self.results[name]}
+
+    def _left_out(self) -> dict[str, int]:
+        return nonzero(self._rejects, self._clock.rejects)
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The addresses heard."""
+        return tuple(self._aircraft)
+
+    def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:
+        """Return the reports that more bytes complete."""
+        return self._read(self._lines.split(data), t)
+
+    def finish(self) -> list[AdsbReport]:
+        """Return what is left at the end of the stream."""
+        reports = self._read(self._lines.rest(), None)
+        return reports + self._reports(self._clock.finish())
+
+    def restart(self) -> None:
+        """Forget the part of a line that a broken connection left."""
+        self._lines.rest()
+
+    def _read(self, lines: list[str], t: float | None) -> list[AdsbReport]:
+        reports: list[AdsbReport] = []
+        for line in lines:
+            if line.startswith("START"):
+                self._begin(line)
+                continue
+            parts = line.split(",")
+            counter = None
+            if len(parts) > 1 and parts[0].isdecimal() and len(parts[0]) < 25:
+                counter = int(parts.pop(0))
+            if parts[0] in ("SEL", "ID", "AIR", "STA", "CLK"):
+                self.messages += 1
+                self.kinds["receiver's own messages"] += 1
+                continue
+            self.messages += 1
+            if parts[0] != "MSG" or not 10 <= len(parts) <= _FIELDS + 2 or not _ADDRESS.fullmatch(parts[4]):
+                self._rejects["line not understood"] += 1
+                continue
+            parts += [""] * (_FIELDS - len(parts))
+            if t is not None:
+                reports += self._reports([(t, parts)])
+            else:
+                reports += self._reports(self._clock.check(self._time(parts, counter), parts))
+        return reports
+
+    def _begin(self, line: str) -> None:
+        try:
+            stamp = re.sub(r"\s+UTC\b", "", line.split(",", 1)[1])
+            self._start = datetime.strptime(stamp, "%a %b %d %H:%M:%S %z %Y").timestamp()
+        except (IndexError, ValueError, OverflowError):
+            self.messages += 1
+            self._rejects["line not understood"] += 1
+
+    def _time(self, parts: list[str], counter: int | None) -> float:
+        for date, clock in ((parts[6], parts[7]), (parts[8], parts[9])):
+            if date and clock:
+                try:
+                    return (
+                        datetime.strptime(f"{date} {clock[:15]}", "%Y/%m/%d %H:%M:%S.%f")
+                        .replace(tzinfo=UTC)
+                        .timestamp()
+                    )
+                except (ValueError, OverflowError):
+                    return math.nan
+        if counter is not None:
+            return self._start + counter * 1e-9
+        self._nominal += NOMINAL_INTERVAL
+        return self._nominal
+
+    def _reports(self, messages: list[tuple[float, list[str]]]) -> list[AdsbReport]:
+        reports = []
+        for t, parts in messages:
+            report = self._report(t, parts)
+            if report is not None:
+                reports.append(report)
+        return reports
+
+    def _report(self, t: float, parts: list[str]) -> AdsbReport | None:
+        kind = _KINDS.get(int(parts[1]) if parts[1].isdecimal() and len(parts[1]) == 1 else 0)
+        try:
+            altitude, speed, track, latitude, longitude, climb = (_number(parts[k]) for k in range(11, 17))
+        except ValueError:
+            kind = None
+            altitude = speed = track = latitude = longitude = climb = math.nan
+        if kind is None:
+            self._rejects["line not understood"] += 1
+            return None
+        address = parts[4].lower()
+        aircraft = self._aircraft.get(address)
+        if aircraft is None:
+            aircraft = self._aircraft[address] = GeodeticAircraft(address, self.results)
+        said: dict[str, object] = {}
+        if parts[10].strip():
+            said["callsign"] = parts[10].strip()
+        if len(parts[17]) == 4 and parts[17].isdecimal():
+            said["squawk"] = parts[17]
+        if parts[20]:
+            said["ident"] = parts[20] in _TRUE
+        if parts[19] in _TRUE:
+            said["emergency"] = "general emergency"
+        if any(getattr(aircraft.info, name) != value for name, value in said.items()):
+            aircraft.info = replace(aircraft.info, **said)  # type: ignore[arg-type]
+        if kind == "surface" or parts[21] in _TRUE:
+            self._rejects["surface"] += 1
+            return None
+        self.kinds[kind] += 1
+        if kind not in ("airborne positions", "velocities"):
+            return None
+        velocity = (
+            speed * KNOT * math.cos(track * DEGREE),
+            speed * KNOT * math.sin(track * DEGREE),
+            climb * FOOT_PER_MINUTE,
+        )
+        located = kind == "airborne positions" and not (math.isnan(latitude) or math.isnan(longitude))
+        # A zero position is how some programs write "unknown".
+        position = (latitude, longitude) if located and (latitude, longitude) != (0.0, 0.0) else None
+        return aircraft.report(t, position, altitude * FOOT, math.nan, velocity)
+
+
+def _number(text: str) -> float:
+    value = float(text) if text.strip() else math.nan
+    if math.isinf(value):
+        raise ValueError("not finite")
+    return value

@@ -1,0 +1,143 @@
+"""Decoded trajectories: a JSON list of rows with timestamp, icao24, latitude, longitude, altitude, groundspeed, track, ..."""
+
+import json
+import math
+from collections import Counter
+from dataclasses import replace
+from typing import Any
+
+from wideberth.sensors.adsb.geodetic_aircraft import GeodeticAircraft
+from wideberth.sensors.adsb.readers import nonzero
+from wideberth.sensors.adsb.report import AdsbReport
+from wideberth.units import DEGREE, FOOT, FOOT_PER_MINUTE, KNOT
+
+_MILLISECONDS_FROM = 1e11  # as milliseconds the year 1973, as seconds the year 5138
+_NUMBERS = ("latitude", "longitude", "altitude", "geoaltitude", "groundspeed", "track", "vertical_rate")
+
+
+class TrajectoryReader:
+    """Reader of decoded trajectories.
+
+    Keys of a row: `timestamp` (Unix ms), `icao24`, `latitude`, `longitude` (deg), `altitude` (pressure altitude, ft),
+    `geoaltitude` (ft), `groundspeed` (kt), `track` (deg), `vertical_rate` (ft/min), `onground`, `callsign`, `squawk`; null,
+    NaN or a missing key is "unknown". The rows are sorted by time, as such files list one aircraft after another.
+    """
+
+    def __init__(self) -> None:
+        self.kinds: Counter[str] = Counter()
+        self.results: Counter[str] = Counter()
+        self._rejects: Counter[str] = Counter()
+        self.messages = 0
+        self._data = bytearray()
+        self._aircraft: dict[str, GeodeticAircraft] = {}
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """Counts of rows by kind, of results, and of rejections by cause."""
+        return {"messages": self.messages} | nonzero(self.kinds, self.results, self._rejects)
+
+    @property
+    def rejects(self) -> dict[str, int]:
+        """Rejections by cause, positions refused included."""
+        refused = ("position jumps", "position off the Earth", "whose of two aircraft with one address is unknown")
+        return nonzero(self._rejects) | {name: self.results[name] for name in refused if self.results[name]}
+
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The addresses heard."""
+        return tuple(self._aircraft)
+
+    def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:  # noqa: ARG002 (a file has its own times)
+        """Keep more bytes; all reports come at the end of the file."""
+        self._data += data
+        return []
+
+    def restart(self) -> None:
+        """Do nothing: the format is of files only."""
+
+    def finish(self) -> list[AdsbReport]:
+        """Return the reports of the whole file in the order of time."""
+        text, self._data = self._data.decode("utf-8", "replace"), bytearray()
+        rows = self._usable(_rows(text, self._rejects))
+        rows.sort(key=lambda row: row[0])
+        reports = (self._report(t, address, row) for t, address, row in rows)
+        return [report for report in reports if report is not None]
+
+    def _usable(self, rows: list[Any]) -> list[tuple[float, str, dict[str, Any]]]:
+        self.messages += len(rows)
+        usable = []
+        newest: dict[str, float] = {}
+        seen: set[tuple[str, float]] = set()
+        for row in rows:
+            if not isinstance(row, dict):
+                self._rejects["row not understood"] += 1
+                continue
+            address, stamp = row.get("icao24"), row.get("timestamp")
+            if not isinstance(address, str) or not address.strip():
+                self._rejects["row without address"] += 1
+                continue
+            if not isinstance(stamp, (int, float)) or isinstance(stamp, bool) or not abs(stamp) < 1e15:
+                self._rejects["time not a number"] += 1
+                continue
+            t = stamp / 1000.0 if abs(stamp) >= _MILLISECONDS_FROM else float(stamp)
+            address = address.strip().lower()
+            if (address, t) in seen:
+                self._rejects["duplicate rows"] += 1
+                continue
+            seen.add((address, t))
+            if t < newest.get(address, -math.inf):
+                self.results["times that jump back (sorted)"] += 1
+            newest[address] = t
+            usable.append((t, address, row))
+        return usable
+
+    def _report(self, t: float, address: str, row: dict[str, Any]) -> AdsbReport | None:
+        aircraft = self._aircraft.get(address)
+        if aircraft is None:
+            aircraft = self._aircraft[address] = GeodeticAircraft(address, self.results)
+        callsign, squawk = row.get("callsign"), row.get("squawk")
+        if isinstance(callsign, str) and callsign.strip() and callsign.strip() != aircraft.info.callsign:
+            aircraft.info = replace(aircraft.info, callsign=callsign.strip())
+        if isinstance(squawk, str) and squawk and squawk != aircraft.info.squawk:
+            aircraft.info = replace(aircraft.info, squawk=squawk)
+        if row.get("onground") is True:
+            self._rejects["surface"] += 1
+            return None
+        self.kinds["rows"] += 1
+        latitude, longitude, altitude, geometric, speed, track, climb = (_number(row.get(name)) for name in _NUMBERS)
+        position = None if math.isnan(latitude) or math.isnan(longitude) else (latitude, longitude)
+        if position is None:
+            self.results["rows without position"] += 1
+        velocity = (
+            speed * KNOT * math.cos(track * DEGREE),
+            speed * KNOT * math.sin(track * DEGREE),
+            climb * FOOT_PER_MINUTE,
+        )
+        return aircraft.report(t, position, altitude * FOOT, geometric * FOOT, velocity)
+
+
+def _number(value: object) -> float:
+    """Return a number, NaN for anything else (null, text, infinity)."""
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e15:
+        return float(value)
+    return math.nan
+
+
+def _rows(text: str, rejects: Counter[str]) -> list[Any]:
+    """Return the rows of a JSON list; of a damaged one all rows up to the damage."""
+    try:
+        whole = json.loads(text)
+        return whole if isinstance(whole, list) else [whole]
+    except (ValueError, RecursionError):
+        rejects["file cut or damaged"] += 1
+    decoder = json.JSONDecoder()
+    rows: list[Any] = []
+    start = text.find("{")
+    while start >= 0:
+        try:
+            row, end = decoder.raw_decode(text, start)
+        except (ValueError, RecursionError):
+            break
+        rows.append(row)
+        start = text.find("{", end)
+    return rows

@@ -26,14 +26,10 @@ def kernels_of(module: ModuleType) -> list[Any]:
     ]
 
 
-def warm_up(name: str) -> list[Any]:
-    """Compile the kernels of a module, and return them.
-
-    Raises
-    ------
-    AttributeError
-        If the module has no function ``warmup``.
-    """
+def warm_up(name: str) -> list[Any] | None:
+    """Compile the kernels of a module, and return them; None if the module has no function ``warmup``."""
     module = importlib.import_module(name)
+    if not hasattr(module, "warmup"):
+        return None
     module.warmup()
     return kernels_of(module)

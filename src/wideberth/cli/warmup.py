@@ -22,6 +22,9 @@ def warmup() -> None:
         for name in names:
             progress.update(task, description=name.removeprefix("wideberth."))
             kernels = kernel_modules.warm_up(name)
+            if kernels is None:
+                progress.console.print(f"{name} has no warmup(): skipped", highlight=False, markup=False)
+                kernels = []
             hits = sum(sum(k.stats.cache_hits.values()) for k in kernels)
             loaded += hits
             compiled += sum(len(k.signatures) for k in kernels) - hits

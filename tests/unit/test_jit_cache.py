@@ -1,0 +1,104 @@
+"""Compiled kernels are kept between runs, and an edit anywhere among the kernels is seen."""
+
+import os
+import re
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+import wideberth._jit as jit_module
+from wideberth._jit import source_hash
+
+JIT_SOURCE = Path(jit_module.__file__)
+INNER = "from mini._jit import jit\n\n\n@jit\ndef scale(x: float) -> float:\n    return {factor} * x\n"
+OUTER = """from mini._jit import jit
+from mini.inner_kernels import scale
+
+
+@jit
+def twice(x: float) -> float:
+    return scale(x) + scale(x)
+"""
+RUN = (
+    "from mini.outer_kernels import twice; "
+    "print(twice(1.0), sum(twice.stats.cache_hits.values()), sum(twice.stats.cache_misses.values()))"
+)
+
+
+@pytest.fixture
+def package(tmp_path: Path) -> Path:
+    folder = tmp_path / "mini"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "_jit.py").write_bytes(JIT_SOURCE.read_bytes())
+    (folder / "inner_kernels.py").write_text(INNER.format(factor=2.0))
+    (folder / "outer_kernels.py").write_text(OUTER)
+    return folder
+
+
+def run(package: Path, cache: Path, code: str = RUN, **environment: str) -> str:
+    env = {k: v for k, v in os.environ.items() if k not in {"NUMBA_DISABLE_JIT", "NUMBA_CACHE_DIR"}}
+    env |= {"WIDEBERTH_CACHE_DIR": str(cache), "PYTHONPATH": str(package.parent), **environment}
+    done = subprocess.run(
+        [sys.executable, "-c", code], env=env, cwd=package.parent, capture_output=True, text=True, timeout=120
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_edit_of_an_imported_kernel_is_seen_and_unchanged_sources_reuse_the_cache(
+    package: Path, tmp_path: Path
+) -> None:
+    cache = tmp_path / "cache"
+    assert run(package, cache) == "4.0 0 1"  # compiled
+    assert run(package, cache) == "4.0 1 0"  # taken from the cache
+    inner = package / "inner_kernels.py"
+    inner.write_text(INNER.format(factor=5.0))
+    assert run(package, cache) == "10.0 0 1"
+    assert run(package, cache) == "10.0 1 0"
+    # The old folder is still there, so going back costs nothing; numba wants the file's own time stamp as well.
+    assert len([f for f in cache.iterdir() if re.fullmatch(r"[0-9a-f]{16}", f.name)]) == 2
+
+
+def test_folders_that_nobody_used_for_long_are_removed(package: Path, tmp_path: Path) -> None:
+    cache = tmp_path / "cache"
+    old, young, other = cache / ("0" * 16), cache / ("1" * 16), cache / "mine"
+    for folder in (old, young, other):
+        folder.mkdir(parents=True)
+    month_ago = time.time() - 31 * 86400
+    for folder in (old, other):
+        os.utime(folder, (month_ago, month_ago))
+    run(package, cache, "import mini._jit")
+    assert not old.exists()
+    assert young.exists()
+    assert other.exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "getuid"), reason="needs a file system with owners")
+def test_unusable_cache_folder_falls_back_to_a_private_one(package: Path, tmp_path: Path) -> None:
+    blocked = tmp_path / "file"
+    blocked.touch()
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    code = "from mini._jit import CACHE_DIRECTORY; print(CACHE_DIRECTORY)"
+    expected = temporary / f"wideberth-{os.getuid()}"
+    assert Path(run(package, blocked, code, TMPDIR=str(temporary))).parent == expected
+    assert expected.stat().st_mode & 0o077 == 0
+    expected.chmod(0o777)  # now others could have planted code in it
+    assert Path(run(package, blocked, code, TMPDIR=str(temporary))).parent != expected
+
+
+def test_hash_follows_every_kernel_source_and_nothing_else(package: Path) -> None:
+    before = source_hash(package)
+    (package / "reader.py").write_text("x = 1\n")
+    assert source_hash(package) == before
+    (package / "inner_kernels.py").rename(package / "deeper_kernels.py")
+    assert source_hash(package) != before
+
+
+def test_the_cache_setting_of_other_users_of_numba_is_left_alone(package: Path, tmp_path: Path) -> None:
+    code = "import numba, mini.outer_kernels; print(repr(vars(numba.config)['CACHE_DIR']))"
+    assert run(package, tmp_path / "cache", code, NUMBA_CACHE_DIR="/elsewhere") == "'/elsewhere'"

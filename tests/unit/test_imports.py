@@ -9,7 +9,8 @@ import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "wideberth"
 # A kernel may use kernels of its own folder and of the folders before it; simulation runs all of them.
-KERNEL_ORDER = ["sensors", "tracking", "conflict", "vehicles", "avoidance", "links", "simulation", "evaluation"]
+STEPS = ["sensors", "tracking", "conflict", "vehicles", "avoidance", "links"]
+KERNEL_ORDER = [*STEPS, "simulation", "evaluation"]
 COMMAND_LINE_MAY_IMPORT = {"typer", "rich", "wideberth.errors", "wideberth.cli"}
 
 
@@ -51,6 +52,18 @@ def test_the_rule_for_kernels_finds_offenders() -> None:
     assert forbidden_in_kernels("wideberth.conflict.well_clear", "conflict")
     assert forbidden_in_kernels("time", "conflict")
     assert not forbidden_in_kernels("wideberth.vehicles.kernels", "avoidance")
+
+
+@pytest.mark.parametrize("step", [s for s in STEPS if (PACKAGE / s).is_dir()])
+def test_steps_share_nothing_but_kernels_to_their_left(step: str) -> None:
+    others = {f"wideberth.{s}" for s in STEPS if s != step}
+    offenders = {
+        f"{path.relative_to(PACKAGE)} -> {name}"
+        for path in (PACKAGE / step).rglob("*.py")
+        for name in imported(path)
+        if within(name, others) and forbidden_in_kernels(name, step)
+    }
+    assert offenders == set()
 
 
 @pytest.mark.parametrize("path", sorted((PACKAGE / "cli").glob("*.py")), ids=lambda p: p.name)

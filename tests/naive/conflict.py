@@ -55,3 +55,37 @@ def interval(
     t_in = 0.0 if first == 0 else edge(times[first - 1], times[first])
     t_out = lookahead if last == n - 1 else edge(times[last + 1], times[last])
     return t_in, t_out
+
+
+def line_1(
+    s: FloatArray, v: FloatArray, d_th: float, h_th: float, tau_th: float, h_c: float, times: FloatArray
+) -> NDArray[np.bool_]:
+    """Return whether line 1 of algorithms 1 and 2 holds at each time, as the paper words it."""
+    holds = np.zeros(times.size, bool)
+    for k, t in enumerate(times):
+        p = s + v * t
+        converging = p[0] * v[0] + p[1] * v[1] < 0
+        t_cpa = -(p[0] * v[0] + p[1] * v[1]) / (v[0] ** 2 + v[1] ** 2) if converging else math.inf
+        horizontal = math.hypot(p[0], p[1]) < d_th or (converging and t_cpa <= tau_th)
+        sinking_in = p[2] * v[2] < 0
+        t_hc = (abs(p[2]) - h_c) / abs(v[2]) if sinking_in else math.inf
+        vertical = abs(p[2]) < h_th or (sinking_in and t_hc <= tau_th)
+        holds[k] = horizontal and vertical
+    return holds
+
+
+def drawn_conflict_probability(
+    s: FloatArray,
+    v: FloatArray,
+    covariance: FloatArray,
+    separation: float,
+    half_height: float,
+    n: int,
+    rng: np.random.Generator,
+) -> float:
+    """Return the share of drawn relative positions whose straight flight passes within the separation."""
+    p = rng.multivariate_normal(s, covariance, size=n)
+    t = -(p[:, :2] @ v[:2]) / (v[:2] @ v[:2])
+    miss = np.hypot(p[:, 0] + v[0] * t, p[:, 1] + v[1] * t)
+    t_mean = -(s[:2] @ v[:2]) / (v[:2] @ v[:2])
+    return float(np.mean((miss <= separation) & (np.abs(p[:, 2] + v[2] * t_mean) <= half_height)))

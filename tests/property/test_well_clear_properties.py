@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from tests.naive import conflict as naive
+
 from wideberth.conflict.well_clear import PRESETS, WellClearVolume, conflict_interval, violation
 
 ZERO = np.zeros(3)

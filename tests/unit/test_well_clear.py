@@ -20,7 +20,7 @@ def test_presets_are_the_published_thresholds() -> None:
 
 
 def test_known_crossing() -> None:
-    # 1000 m ahead, closing with 10 m/s, 60 m above, sinking with 1 m/s: the height is right at 10 s, the circle at 90 s.
+    # 1000 m ahead, closing with 10 m/s, 60 m above, sinking with 1 m/s: right height at 10 s, the circle at 90 s.
     t_in, t_out = conflict_interval(CYLINDER, [0, 0, 0], [10, 0, 0], [1000, 0, -60], [0, 0, 1], 200)
     assert t_in.shape == ()
     assert float(t_in) == pytest.approx(90.0)

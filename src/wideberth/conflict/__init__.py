@@ -1,0 +1,3 @@
+"""Conflict detection: what each track means for the ownship."""
+
+PARTS = {"algorithm_2": "wideberth.conflict.detector:AdsbDetector"}

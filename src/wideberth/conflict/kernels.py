@@ -1,10 +1,11 @@
 """Geometry of two aircraft in straight flight: closest approach and the interval inside a well-clear volume.
 
-All kernels take the relative state s, v (ownship minus intruder or the reverse: every result is even in the sign) in any
-right frame whose third axis is vertical; m, m/s, s. Volumes are WCV_TAUMOD (DTHR, ZTHR half-height, TTHR, TCOA) of Munoz,
-Narkawicz and Chamberlain; a cylinder is one with TTHR = TCOA = 0. DTHR and ZTHR are positive.
+All kernels take the relative state s, v (ownship minus intruder or the reverse: every result is even in the sign) in
+any right frame whose third axis is vertical; m, m/s, s. Volumes are WCV_TAUMOD (DTHR, ZTHR half-height, TTHR, TCOA) of
+Munoz, Narkawicz and Chamberlain; a cylinder is one with TTHR = TCOA = 0. DTHR and ZTHR are positive.
 
-Bounds belong to the volume, but a touch of no duration (grazing, or leaving from the bound at this instant) is no conflict.
+Bounds belong to the volume, but a touch of no duration (grazing, or leaving from the bound at this instant) is no
+conflict.
 """
 
 import math
@@ -25,16 +26,6 @@ def horizontal_cpa(sx: float, sy: float, vx: float, vy: float) -> tuple[float, f
         return 0.0, math.sqrt(sx * sx + sy * sy)
     # The cross product keeps the digits of the miss that sqrt(s.s - (s.v)^2 / v.v) loses far away.
     return -(sx * vx + sy * vy) / a, abs(sx * vy - sy * vx) / math.sqrt(a)
-
-
-@jit
-def spatial_cpa(sx: float, sy: float, sz: float, vx: float, vy: float, vz: float) -> tuple[float, float]:
-    """Return time (s, signed; 0 without relative motion) and distance (m) of the closest point of approach in space."""
-    a = vx * vx + vy * vy + vz * vz
-    if a == 0.0:
-        return 0.0, math.sqrt(sx * sx + sy * sy + sz * sz)
-    cx, cy, cz = sy * vz - sz * vy, sz * vx - sx * vz, sx * vy - sy * vx
-    return -(sx * vx + sy * vy + sz * vz) / a, math.sqrt((cx * cx + cy * cy + cz * cz) / a)
 
 
 @jit
@@ -84,7 +75,7 @@ def vertical_interval(sz: float, vz: float, zthr: float, tcoa: float) -> tuple[f
     height, rate = abs(sz), abs(vz)
     approaching = sz * vz < 0.0
     reach = max(zthr, tcoa * rate) if approaching else zthr
-    if height > reach and not approaching or height == zthr and sz * vz > 0.0:
+    if (height > reach and not approaching) or (height == zthr and sz * vz > 0.0):
         return math.nan, math.nan
     t_in = 0.0 if height <= reach else (height - reach) / rate
     if rate == 0.0:

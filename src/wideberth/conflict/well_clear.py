@@ -1,9 +1,9 @@
 """Well-clear volumes and when a pair of aircraft in straight flight is inside one.
 
 The volume is WCV_TAUMOD (Munoz, Narkawicz, Chamberlain, Upchurch: "A family of well-clear boundary models for the
-integration of UAS in the NAS", AIAA 2014-2412): horizontally within DTHR, or closing with a modified tau of at most TTHR
-towards a miss of at most DTHR; and vertically within +-ZTHR, or with a time to co-altitude of at most TCOA. A cylinder is
-the case TTHR = TCOA = 0. Bounds belong to the volume; a touch of no duration is no conflict.
+integration of UAS in the NAS", AIAA 2014-2412): horizontally within DTHR, or closing with a modified tau of at most
+TTHR towards a miss of at most DTHR; and vertically within +-ZTHR, or with a time to co-altitude of at most TCOA. A
+cylinder is the case TTHR = TCOA = 0. Bounds belong to the volume; a touch of no duration is no conflict.
 """
 
 import math

@@ -14,6 +14,12 @@ KERNEL_ORDER = [*STEPS, "simulation", "evaluation"]
 COMMAND_LINE_MAY_IMPORT = {"typer", "rich", "wideberth.errors", "wideberth.cli"}
 
 
+def submodule(name: str) -> str | None:
+    """The name, if it is a module of ours and not something inside one."""
+    file = PACKAGE.parent.joinpath(*name.split("."))
+    return name if file.with_suffix(".py").is_file() or (file / "__init__.py").is_file() else None
+
+
 def imported(path: Path, *, top_level_only: bool = False) -> set[str]:
     """Full names of the modules that a file imports."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
@@ -24,7 +30,7 @@ def imported(path: Path, *, top_level_only: bool = False) -> set[str]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, f"{path}: relative import"
-            names.add(node.module or "")
+            names |= {submodule(f"{node.module}.{alias.name}") or str(node.module) for alias in node.names}
     return names
 
 

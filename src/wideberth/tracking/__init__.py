@@ -1,5 +1,3 @@
 """Tracking: Scans become Tracks."""
 
-PARTS: dict[str, str] = {
-    "adsb_kalman": "wideberth.tracking.adsb_kalman:AdsbKalmanTracker"
-}
+PARTS: dict[str, str] = {"adsb_kalman": "wideberth.tracking.adsb_kalman:AdsbKalmanTracker"}

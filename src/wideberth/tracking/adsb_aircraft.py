@@ -1,0 +1,509 @@
+"""All that is kept of one address: its filters (two aircraft may share it), and the last seconds for late reports."""
+
+import bisect
+import math
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+
+from wideberth.tracking.config import AdsbKalmanConfig
+from wideberth.tracking.filter_bank import FilterBank
+from wideberth.tracking.kernels import (
+    ABSENT,
+    ACCEPTED,
+    NACP_COUNT,
+    NACV_COUNT,
+    NIC_COUNT,
+    RAYLEIGH_95_RADIUS,
+    REJECTED,
+    SWAPPED,
+    filter_report,
+    nic_bound_of,
+    position_sigma_of,
+    predicted_distance,
+    velocity_sigma_of,
+)
+from wideberth.types import FloatArray, SourceInfo
+from wideberth.units import FOOT
+
+_MEMORY_SECONDS = 5.0
+"""How long a reported velocity or altitude may serve to start a track, and a rejected position is remembered."""
+
+_TURN_ACCELERATION = 5.0
+"""Acceleration that three rejected positions of one aircraft may show and still agree, m/s2."""
+
+_SPEED_SIGMA = {"A1": 60.0, "A6": 150.0, "A7": 50.0, "B1": 30.0, "B2": 15.0, "B3": 40.0, "B4": 25.0, "B6": 40.0}
+_SPEED_SIGMA_UNKNOWN = 120.0
+"""Spread of each velocity component of an aircraft of unknown velocity, by emitter category (DO-260B), m/s."""
+
+_CLIMB_SIGMA_UNKNOWN = 8.0
+"""Spread of the climb rate of an aircraft that has not reported it, m/s."""
+
+
+class Report(NamedTuple):
+    """One row of a scan: time and internal step of validity, the six elements, their variances, time uncertainty."""
+
+    t: float
+    step: int
+    z: tuple[float, ...]
+    r: tuple[float, ...]
+    time_sigma: float
+
+
+class Outcome(NamedTuple):
+    """What became of a report: counts by key, what happened in words, NIS of position, altitude and climb rate."""
+
+    counts: tuple[str, ...]
+    events: tuple[str, ...]
+    nis: tuple[float, float, float]
+
+
+_NO_NIS = (math.nan, math.nan, math.nan)
+
+
+@dataclass(slots=True)
+class AircraftFilter:
+    """One filter of an address: which slot it has, and how far it is to be trusted.
+
+    Attributes
+    ----------
+    slot : int
+    number : int
+        1 for the first aircraft with the address, 2 for a second one.
+    accepted : int
+        Positions accepted since the start, that one included.
+    t_position : float
+        Time of the last accepted position, s.
+    fix : tuple of (int, float, float)
+        Internal step, north, east of the last accepted position.
+    vertical_rejects : int
+        Altitudes rejected one after the other.
+    """
+
+    slot: int
+    number: int
+    accepted: int
+    t_position: float
+    fix: tuple[int, float, float]
+    vertical_rejects: int = 0
+
+
+class _State(NamedTuple):
+    filters: tuple[tuple[AircraftFilter, FloatArray, FloatArray, int], ...]
+    last_row: tuple[float, ...] | None
+    last_position: tuple[float, float] | None
+    velocity: tuple[int, float, float] | None
+    altitude: tuple[int, float] | None
+    rejected: tuple[tuple[int, float, float], ...]
+    consecutive: int
+
+
+class _Entry(NamedTuple):
+    t: float
+    report: Report | None
+    outcome: Outcome | None
+    state: _State
+
+
+@dataclass(slots=True)
+class AdsbAircraft:
+    """Filters of one address.
+
+    Parameters
+    ----------
+    address : str
+    bank : FilterBank
+    config : AdsbKalmanConfig
+    """
+
+    address: str
+    bank: FilterBank
+    config: AdsbKalmanConfig
+    info: SourceInfo = field(default_factory=SourceInfo)
+    sensor: str = ""
+    heard: float = -math.inf
+    lost_before: bool = False
+    filters: list[AircraftFilter] = field(default_factory=list)
+    position_sigma: float = 0.0
+    velocity_sigma: float = 0.0
+    bound: float = 0.0
+    _last_row: tuple[float, ...] | None = None
+    _last_position: tuple[float, float] | None = None
+    _velocity: tuple[int, float, float] | None = None
+    _altitude: tuple[int, float] | None = None
+    _rejected: tuple[tuple[int, float, float], ...] = ()
+    _consecutive: int = 0
+    _history: list[_Entry] = field(default_factory=list)
+    _outcome: np.ndarray = field(default_factory=lambda: np.zeros(4, np.int64))
+    _nis: FloatArray = field(default_factory=lambda: np.zeros(4))
+    _use: np.ndarray = field(default_factory=lambda: np.zeros(4, np.bool_))
+
+    def __post_init__(self) -> None:
+        self._history.append(_Entry(-math.inf, None, None, self._state()))
+        self.set_info(self.info)
+
+    @property
+    def label(self) -> str:
+        """What to call the aircraft in front of people."""
+        return self.info.callsign or self.address.upper()
+
+    def name(self, number: int) -> str:
+        """Return the label of one of the aircraft with this address."""
+        return self.label if number == 1 else f"{self.label}#{number}"
+
+    def set_info(self, info: SourceInfo) -> None:
+        """Take over what the aircraft says of its accuracy; assumed values stand for what is missing or reserved."""
+        c = self.config
+        self.info = info
+        nacp = info.nacp if info.nacp is not None and 0 <= info.nacp < NACP_COUNT else c.assumed_nacp
+        nacv = info.nacv if info.nacv is not None and 0 <= info.nacv < NACV_COUNT else c.assumed_nacv
+        nic = info.nic if info.nic is not None and 0 <= info.nic < NIC_COUNT else c.assumed_nic
+        self.position_sigma = position_sigma_of(nacp)
+        self.velocity_sigma = velocity_sigma_of(nacv)
+        self.bound = min(max(nic_bound_of(nic), c.bound_min_m), c.bound_max_m)
+        for f in self.filters:
+            self._set_bias(f.slot)
+
+    def _set_bias(self, slot: int) -> None:
+        self.bank.bias[slot, 0] = self.position_sigma**2
+        self.bank.bias[slot, 1] = (self.config.altitude_bias_sigma_ft * FOOT) ** 2
+
+    # The order of reports
+
+    def handle(self, report: Report) -> tuple[list[Outcome], list[Outcome]]:
+        """Use a report in the order of validity: the filters go back and run again where it is late.
+
+        Returns
+        -------
+        tuple of list of Outcome
+            What became of this report and of those run again; and the earlier outcomes that these replace.
+        """
+        history = self._history
+        if report.t >= history[-1].t:
+            outcome = self._process(report)
+            history.append(_Entry(report.t, report, outcome, self._state()))
+            if len(history) > 4 and history[1].t < report.t - self.config.late_max_s:
+                horizon = report.t - self.config.late_max_s
+                del history[: bisect.bisect_left(history, horizon, key=_entry_time) - 1]
+            return [outcome], []
+        index = bisect.bisect_right(history, report.t, key=_entry_time)
+        if index == 0:
+            return [Outcome(("too late",), (), _NO_NIS)], []
+        again = history[index:]
+        del history[index:]
+        self._restore(history[-1].state)
+        outcomes = []
+        for r in (report, *(entry.report for entry in again)):
+            assert r is not None  # only the first entry of a history has none, and it is never run again
+            outcome = self._process(r)
+            history.append(_Entry(r.t, r, outcome, self._state()))
+            outcomes.append(outcome)
+        return outcomes, [entry.outcome for entry in again if entry.outcome is not None]
+
+    def _state(self) -> _State:
+        bank = self.bank
+        kept = tuple(
+            (
+                AircraftFilter(f.slot, f.number, f.accepted, f.t_position, f.fix, f.vertical_rejects),
+                bank.x[f.slot].copy(),
+                bank.p[f.slot].copy(),
+                int(bank.last[f.slot]),
+            )
+            for f in self.filters
+        )
+        return _State(
+            kept,
+            self._last_row,
+            self._last_position,
+            self._velocity,
+            self._altitude,
+            self._rejected,
+            self._consecutive,
+        )
+
+    def _restore(self, state: _State) -> None:
+        for f in self.filters:
+            self.bank.release(f.slot)
+        self.filters = []
+        for kept, x, p, last in state.filters:
+            slot = self.bank.allocate()
+            self.bank.x[slot], self.bank.p[slot], self.bank.last[slot] = x, p, last
+            self._set_bias(slot)
+            self.filters.append(
+                AircraftFilter(slot, kept.number, kept.accepted, kept.t_position, kept.fix, kept.vertical_rejects)
+            )
+        _, self._last_row, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive = (
+            state
+        )
+
+    def drop(self, f: AircraftFilter, t: float) -> None:
+        """Forget a filter at time `t`; reports of before cannot bring it back."""
+        self.bank.release(f.slot)
+        self.filters.remove(f)
+        self.lost_before = True
+        self._rejected = ()
+        self._consecutive = 0
+        self._history = [_Entry(max(t, self._history[-1].t), None, None, self._state())]
+
+    # One report
+
+    def _process(self, report: Report) -> Outcome:
+        z, step = report.z, report.step
+        has_position = z[0] == z[0] and z[1] == z[1]
+        has_velocity = z[3] == z[3] and z[4] == z[4]
+        has_altitude, has_climb = z[2] == z[2], z[5] == z[5]
+        if has_position:
+            position = (z[0], z[1])
+            slow = has_velocity and math.hypot(z[3], z[4]) < self.config.hover_speed_mps
+            if position == self._last_position and not slow:
+                return Outcome(("position not new",), (), _NO_NIS)
+            self._last_position = position
+        if has_velocity:
+            self._velocity = (step, z[3], z[4])
+        if has_altitude:
+            self._altitude = (step, z[2])
+        if not self.filters:
+            return self._start(report, has_position)
+        f = self._nearest(report) if has_position else self.filters[0]
+        if not has_position and len(self.filters) > 1:
+            return Outcome(("report without position of a shared address",), (), _NO_NIS)
+        use, outcome, bank = self._use, self._outcome, self.bank
+        use[0], use[1], use[2] = has_position, has_altitude, has_climb
+        use[3] = has_velocity and self.config.use_reported_velocity
+        slot = f.slot
+        filter_report(
+            bank.x[slot],
+            bank.p[slot],
+            step - bank.last[slot],
+            bank.phi,
+            bank.q,
+            np.array(z),
+            np.array(report.r),
+            use,
+            self.config.gate_mahalanobis,
+            report.time_sigma,
+            outcome,
+            self._nis,
+        )
+        bank.last[slot] = step
+        return self._judge(f, report)
+
+    def _judge(self, f: AircraftFilter, report: Report) -> Outcome:
+        position, altitude, climb, velocity = self._outcome.tolist()
+        nis = self._nis.tolist()
+        counts: list[str] = []
+        events: list[str] = []
+        if position == ACCEPTED:
+            counts.append("position accepted")
+            f.accepted += 1
+            f.t_position = report.t
+            f.fix = (report.step, report.z[0], report.z[1])
+            self._consecutive = 0
+        elif position == REJECTED:
+            counts.append("position outside the gate")
+            self._consecutive += 1
+            horizon = report.step - round(2 * _MEMORY_SECONDS / self.bank.dt)
+            self._rejected = (
+                *(kept for kept in self._rejected[-8:] if kept[0] >= horizon),
+                (report.step, report.z[0], report.z[1]),
+            )
+            events.extend(self._after_reject(f, report))
+        if altitude == ACCEPTED:
+            f.vertical_rejects = 0
+        elif altitude == REJECTED:
+            counts.append("altitude outside the gate")
+            f.vertical_rejects += 1
+            if f.vertical_rejects >= self.config.restart_rejects:
+                self._start_vertical(f.slot, report.z, report.r)
+                f.vertical_rejects = 0
+                counts.append("altitude restarted")
+                events.append(f"track {self.name(f.number)}: altitude taken anew after repeated rejections")
+        if climb == REJECTED:
+            counts.append("climb rate outside the gate")
+        if velocity == REJECTED:
+            counts.append("velocity outside the gate")
+        elif velocity == SWAPPED:
+            counts.append("north and east velocity swapped")
+        return Outcome(
+            tuple(counts),
+            tuple(events),
+            (
+                nis[0] if position == ACCEPTED else math.nan,
+                nis[1] if altitude == ACCEPTED else math.nan,
+                nis[2] if climb != ABSENT and climb != REJECTED else math.nan,
+            ),
+        )
+
+    def _nearest(self, report: Report) -> AircraftFilter:
+        if len(self.filters) == 1:
+            return self.filters[0]
+        bank = self.bank
+        distances = [
+            predicted_distance(
+                bank.x[f.slot],
+                bank.p[f.slot],
+                report.step - bank.last[f.slot],
+                bank.phi,
+                bank.q,
+                report.z[0],
+                report.z[1],
+                report.r[0],
+                report.time_sigma,
+            )
+            for f in self.filters
+        ]
+        return self.filters[distances.index(min(distances))]
+
+    # Starting, starting again
+
+    def _recent_altitude(self, report: Report) -> float:
+        if self._altitude is None or report.step - self._altitude[0] > _MEMORY_SECONDS / self.bank.dt:
+            return math.nan
+        return self._altitude[1]
+
+    def _start(self, report: Report, has_position: bool) -> Outcome:
+        if not has_position:
+            return Outcome(("no position yet",), (), _NO_NIS)
+        altitude = self._recent_altitude(report)
+        if not math.isfinite(altitude):
+            return Outcome(("no altitude yet",), (), _NO_NIS)
+        self._add(report, altitude, None)
+        again = "again" if self.lost_before else "started"
+        return Outcome(("position accepted", "track started"), (f"track {self.label} {again}",), _NO_NIS)
+
+    def _add(self, report: Report, altitude: float, velocity: tuple[float, float, float] | None) -> AircraftFilter:
+        used = {f.number for f in self.filters}
+        number = next(n for n in range(1, len(used) + 2) if n not in used)
+        f = AircraftFilter(self.bank.allocate(), number, 1, report.t, (report.step, report.z[0], report.z[1]))
+        self._set_bias(f.slot)
+        self.filters.append(f)
+        self._start_horizontal(f.slot, report, velocity)
+        self._start_vertical(f.slot, (*report.z[:2], altitude, *report.z[3:]), report.r)
+        return f
+
+    def _start_horizontal(self, slot: int, report: Report, velocity: tuple[float, float, float] | None) -> None:
+        """Set the horizontal axes; `velocity` is north, east and sigma from positions, None: as reported."""
+        c, bank = self.config, self.bank
+        if velocity is not None:
+            north, east, sigma = velocity
+        elif c.initialise_from_reported_velocity and self._velocity_is_recent(report.step):
+            assert self._velocity is not None  # recent
+            _, north, east = self._velocity
+            sigma = math.hypot(self.velocity_sigma, c.initial_velocity_sigma_mps)
+        else:
+            north, east, sigma = 0.0, 0.0, _SPEED_SIGMA.get(self.info.category or "", _SPEED_SIGMA_UNKNOWN)
+        bank.last[slot] = report.step
+        for axis, (position, speed) in enumerate(((report.z[0], north), (report.z[1], east))):
+            bank.x[slot, axis] = (position, speed, 0.0, 0.0)
+            bank.p[slot, axis] = np.diag(
+                (
+                    report.r[axis] + (report.time_sigma * speed) ** 2,
+                    sigma**2,
+                    c.initial_acceleration_sigma_mps2**2,
+                    c.initial_jerk_sigma_mps3**2,
+                )
+            )
+
+    def _start_vertical(self, slot: int, z: tuple[float, ...], r: tuple[float, ...]) -> None:
+        c, bank = self.config, self.bank
+        climbing = z[5] == z[5]
+        bank.x[slot, 2] = (z[2], z[5] if climbing else 0.0, 0.0, 0.0)
+        bank.p[slot, 2] = np.diag(
+            (
+                r[2],
+                r[5] if climbing else _CLIMB_SIGMA_UNKNOWN**2,
+                c.initial_acceleration_sigma_mps2**2,
+                c.initial_jerk_sigma_mps3**2,
+            )
+        )
+
+    def _velocity_is_recent(self, step: int) -> bool:
+        return self._velocity is not None and step - self._velocity[0] <= _MEMORY_SECONDS / self.bank.dt
+
+    def _after_reject(self, f: AircraftFilter, report: Report) -> list[str]:
+        """Decide what a rejected position means: a wrong start, another aircraft, or a track that is wrong."""
+        if f.accepted < self.config.confirm_positions and len(self.filters) == 1:
+            velocity = self._velocity_between(f.fix, (report.step, report.z[0], report.z[1]), report)
+            if velocity is not None:
+                self._restart(f, report, velocity)
+                return []
+        agreeing = self._three_agree(report)
+        if agreeing is not None:
+            first = self._rejected[-3][0]
+            fed = [other for other in self.filters if other.fix[0] > first]
+            altitude = self._recent_altitude(report)
+            if len(fed) == len(self.filters) and math.isfinite(altitude):
+                other = self._add(report, altitude, agreeing)
+                self._rejected = ()
+                return [
+                    f"address {self.address.upper()} is used by two aircraft: track {self.name(other.number)} started"
+                ]
+            oldest = min(self.filters, key=lambda other: other.fix[0])
+            return self._restart_visibly(oldest, report, agreeing, "3 rejected positions that agree")
+        if self._consecutive >= self.config.restart_rejects:
+            oldest = min(self.filters, key=lambda other: other.fix[0])
+            return self._restart_visibly(oldest, report, None, f"{self._consecutive} rejected positions")
+        return []
+
+    def _restart_visibly(
+        self, f: AircraftFilter, report: Report, velocity: tuple[float, float, float] | None, why: str
+    ) -> list[str]:
+        x = self.bank.x[f.slot]
+        ahead = (report.step - int(self.bank.last[f.slot])) * self.bank.dt
+        away = math.hypot(report.z[0] - x[0, 0] - ahead * x[0, 1], report.z[1] - x[1, 0] - ahead * x[1, 1])
+        self._restart(f, report, velocity)
+        return [f"track {self.name(f.number)} restarted {away:.0f} m from where it was expected after {why}"]
+
+    def _restart(self, f: AircraftFilter, report: Report, velocity: tuple[float, float, float] | None) -> None:
+        self._start_horizontal(f.slot, report, velocity)
+        altitude = self._recent_altitude(report)
+        if math.isfinite(altitude):
+            self._start_vertical(f.slot, (*report.z[:2], altitude, *report.z[3:]), report.r)
+        f.accepted = 2 if velocity is not None else 1
+        f.t_position = report.t
+        f.fix = (report.step, report.z[0], report.z[1])
+        self._rejected = ()
+        self._consecutive = 0
+
+    def _velocity_between(
+        self, first: tuple[int, float, float], last: tuple[int, float, float], report: Report
+    ) -> tuple[float, float, float] | None:
+        """Return north, east and standard deviation of the velocity from two fixes; None if no aircraft flies so."""
+        dt = (last[0] - first[0]) * self.bank.dt
+        if dt <= 0.0:
+            return None
+        north, east = (last[1] - first[1]) / dt, (last[2] - first[2]) / dt
+        speed = math.hypot(north, east)
+        if speed > self.config.speed_max_mps:
+            return None
+        noise = 2.0 * (report.r[0] + (report.time_sigma * speed) ** 2) / dt**2
+        return north, east, math.sqrt(noise + (0.5 * _TURN_ACCELERATION * dt) ** 2)
+
+    def _three_agree(self, report: Report) -> tuple[float, float, float] | None:
+        """Return the velocity through the last three rejected positions if one aircraft could have sent them."""
+        if len(self._rejected) < 3:
+            return None
+        a, b, c = self._rejected[-3:]
+        first, second = self._velocity_between(a, b, report), self._velocity_between(b, c, report)
+        if first is None or second is None:
+            return None
+        dt = (c[0] - b[0]) * self.bank.dt
+        miss = math.hypot(second[0] - first[0], second[1] - first[1]) * dt
+        span = (c[0] - a[0]) * self.bank.dt
+        noise = RAYLEIGH_95_RADIUS * 2.0 * dt * math.hypot(first[2], second[2])
+        if miss > _TURN_ACCELERATION * dt * span + noise:
+            return None
+        return self._velocity_between(a, c, report)
+
+
+def _entry_time(entry: _Entry) -> float:
+    return entry.t
+
+
+def apply(counters: Counter[str], outcomes: list[Outcome], sign: int) -> None:
+    """Add (+1) or take back (-1) the counts of outcomes."""
+    for outcome in outcomes:
+        for key in outcome.counts:
+            counters[key] += sign

@@ -1,0 +1,90 @@
+"""Settings of the trackers."""
+
+from pydantic import Field
+
+from wideberth.part_config import PartConfig
+
+
+class AdsbKalmanConfig(PartConfig):
+    """The Kalman filter for ADS-B reports (ADS-B paper, section "ADS-B Signal Processing").
+
+    A time constant of None is infinite: with both None, and `acceleration_sigma_mps2` giving way to
+    `jerk_noise_m2_per_s7`, the model is the constant-jerk one as printed.
+
+    Attributes
+    ----------
+    step_s : float
+        Internal step; reports are put at the nearest.
+    acceleration_sigma_mps2, vertical_acceleration_sigma_mps2 : float
+        Spread of the acceleration that the model expects of aircraft; sets the noise on the jerk's rate.
+    acceleration_time_constant_s, jerk_time_constant_s : float or None
+        How fast acceleration and jerk die away; None never (as printed).
+    jerk_noise_m2_per_s7 : float
+        Spectral density of the noise on the jerk's rate, used where a time constant is None.
+    gate_mahalanobis : float
+        Largest Mahalanobis distance of horizontal position, of altitude and of climb rate, each by itself.
+    use_reported_velocity : bool
+        Whether reported horizontal velocities update the filter (the paper ignores them: some are swapped).
+    initialise_from_reported_velocity : bool
+        Whether a track starts with the reported velocity; if the next positions deny it, it starts again from those.
+    initial_velocity_sigma_mps : float
+        Added to the NACv's at the start from a reported velocity.
+    initial_acceleration_sigma_mps2, initial_jerk_sigma_mps3 : float
+    time_sigma_s : float
+        Uncertainty of the time of validity (DO-260B lets positions be extrapolated to the nearest 0.2 s).
+    whole_second_sigma_s : float
+        The same for time stamps that are whole seconds, which are taken as rounded.
+    latency_sigma_s : float
+        Uncompensated latency as reported uncertainty along the velocity: 0.6 s / sqrt(3), for one between 0 and 0.6 s.
+    altitude_bias_sigma_ft : float
+        Slowly varying altitude error, part of the reported covariance (0 where the altitude error is taken as white).
+    assumed_nacp, assumed_nacv, assumed_nic : int
+        Used where an aircraft has not reported its own.
+    bound_min_m, bound_max_m : float
+        The NIC bound at which a track becomes invalid is kept between these; the least is that of NIC 7, the worst that
+        the FAA accepts, as better categories bound the error of a position that is fresh.
+    coast_after_s : float
+        A confirmed track without an accepted position for this long is coasting.
+    lost_after_s, tentative_lost_after_s : float
+        A track (a tentative one) without an accepted position for this long is lost, whatever its uncertainty.
+    confirm_positions : int
+        Accepted positions that confirm a track.
+    late_max_s : float
+        Reports later than this are rejected; up to it they are put in their place and the filter is run again.
+    restart_rejects : int
+        Rejected positions, none accepted between, after which a track starts again (3 that agree are enough).
+    speed_max_mps : float
+        Fastest aircraft that is believed.
+    hover_speed_mps : float
+        A repeated position is no new position, unless the reported speed is below this.
+    """
+
+    step_s: float = Field(default=0.1, gt=0.0, le=1.0)
+    acceleration_sigma_mps2: float = Field(default=1.0, gt=0.0)
+    vertical_acceleration_sigma_mps2: float = Field(default=0.5, gt=0.0)
+    acceleration_time_constant_s: float | None = Field(default=10.0, gt=0.0)
+    jerk_time_constant_s: float | None = Field(default=1.0, gt=0.0)
+    jerk_noise_m2_per_s7: float = Field(default=1e-3, gt=0.0)
+    gate_mahalanobis: float = Field(default=5.0, gt=0.0)
+    use_reported_velocity: bool = False
+    initialise_from_reported_velocity: bool = True
+    initial_velocity_sigma_mps: float = Field(default=10.0, ge=0.0)
+    initial_acceleration_sigma_mps2: float = Field(default=1.0, gt=0.0)
+    initial_jerk_sigma_mps3: float = Field(default=0.3, gt=0.0)
+    time_sigma_s: float = Field(default=0.06, ge=0.0)
+    whole_second_sigma_s: float = Field(default=0.289, ge=0.0)
+    latency_sigma_s: float = Field(default=0.35, ge=0.0)
+    altitude_bias_sigma_ft: float = Field(default=0.0, ge=0.0)
+    assumed_nacp: int = Field(default=8, ge=0, le=11)
+    assumed_nacv: int = Field(default=1, ge=0, le=4)
+    assumed_nic: int = Field(default=7, ge=0, le=11)
+    bound_min_m: float = Field(default=370.4, gt=0.0)
+    bound_max_m: float = Field(default=1852.0, gt=0.0)
+    coast_after_s: float = Field(default=3.0, gt=0.0)
+    lost_after_s: float = Field(default=60.0, gt=0.0)
+    tentative_lost_after_s: float = Field(default=15.0, gt=0.0)
+    confirm_positions: int = Field(default=3, ge=1)
+    late_max_s: float = Field(default=3.0, ge=0.0)
+    restart_rejects: int = Field(default=5, ge=1)
+    speed_max_mps: float = Field(default=350.0, gt=0.0)
+    hover_speed_mps: float = Field(default=1.5, ge=0.0)

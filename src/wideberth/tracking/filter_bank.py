@@ -1,0 +1,115 @@
+"""Storage of many ADS-B filters side by side, and the models they share."""
+
+import math
+
+import numpy as np
+
+from wideberth.tracking.config import AdsbKalmanConfig
+from wideberth.tracking.kernels import output_tracks
+from wideberth.tracking.motion import axis_model, model_tables
+from wideberth.types import FloatArray
+
+_TABLE_SECONDS = 4.0
+"""Length of the transition tables: longer transitions are walked in pieces."""
+
+
+def spectral_density(
+    acceleration_sigma: float,
+    acceleration_time_constant: float | None,
+    jerk_time_constant: float | None,
+    jerk_noise: float,
+) -> float:
+    """Return the density of the noise on the jerk's rate (m2/s7) that gives a stationary acceleration spread.
+
+    Parameters
+    ----------
+    acceleration_sigma : float
+        m/s2.
+    acceleration_time_constant, jerk_time_constant : float or None
+        s; with one missing nothing is stationary, and `jerk_noise` is returned.
+    jerk_noise : float
+        m2/s7.
+    """
+    if acceleration_time_constant is None or jerk_time_constant is None:
+        return jerk_noise
+    product = acceleration_time_constant * jerk_time_constant
+    return 2.0 * acceleration_sigma**2 * (acceleration_time_constant + jerk_time_constant) / product**2
+
+
+class FilterBank:
+    """States and covariances of all filters, by slot.
+
+    Parameters
+    ----------
+    config : AdsbKalmanConfig
+
+    Attributes
+    ----------
+    x, p : ndarray, shape (n, 3, 4) and (n, 3, 4, 4)
+    last : ndarray of int, shape (n,)
+        Internal step of each filter's state.
+    bias : ndarray, shape (n, 2)
+        Variance of the slowly varying horizontal (each axis) and altitude error, m2.
+    phi, q : ndarray, shape (2, m, 4, 4)
+        Transition tables of the horizontal axes and of the vertical one.
+    """
+
+    def __init__(self, config: AdsbKalmanConfig) -> None:
+        self.dt = config.step_s
+        self.latency = config.latency_sigma_s
+        times = (config.acceleration_time_constant_s, config.jerk_time_constant_s)
+        taus = tuple(math.inf if tau is None else tau for tau in times)
+        count = max(1, round(_TABLE_SECONDS / self.dt))
+        tables = []
+        for sigma in (config.acceleration_sigma_mps2, config.vertical_acceleration_sigma_mps2):
+            density = spectral_density(sigma, *times, config.jerk_noise_m2_per_s7)
+            tables.append(model_tables(*axis_model(self.dt, density, *taus), count))
+        self.phi = np.stack([table[0] for table in tables])
+        self.q = np.stack([table[1] for table in tables])
+        self.x = np.zeros((0, 3, 4))
+        self.p = np.zeros((0, 3, 4, 4))
+        self.last = np.zeros(0, np.int64)
+        self.bias = np.zeros((0, 2))
+        self._free: list[int] = []
+
+    def allocate(self) -> int:
+        """Return the number of a slot that is free from now on used."""
+        if not self._free:
+            n = len(self.last)
+            more = max(16, n)
+            self.x = np.concatenate([self.x, np.zeros((more, 3, 4))])
+            self.p = np.concatenate([self.p, np.zeros((more, 3, 4, 4))])
+            self.last = np.concatenate([self.last, np.zeros(more, np.int64)])
+            self.bias = np.concatenate([self.bias, np.zeros((more, 2))])
+            self._free = list(range(n + more - 1, n - 1, -1))
+        return self._free.pop()
+
+    def release(self, slot: int) -> None:
+        """Give a slot back."""
+        self._free.append(slot)
+
+    def output(self, slots: list[int], t: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Return position, velocity, acceleration (k, 3), covariance (k, 9, 9) and horizontal spread (k,) at `t`."""
+        k = len(slots)
+        position, velocity, acceleration = np.empty((k, 3)), np.empty((k, 3)), np.empty((k, 3))
+        covariance, spread = np.zeros((k, 9, 9)), np.empty(k)
+        now = round(t / self.dt)
+        output_tracks(
+            self.x,
+            self.p,
+            self.last,
+            np.array(slots, np.int64),
+            now,
+            t - now * self.dt,
+            self.dt,
+            self.phi,
+            self.q,
+            self.bias,
+            self.latency,
+            position,
+            velocity,
+            acceleration,
+            covariance,
+            spread,
+        )
+        return position, velocity, acceleration, covariance, spread

@@ -2,7 +2,7 @@
 
 import bisect
 import math
-from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,7 +11,6 @@ import numpy as np
 from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.tracking.filter_bank import FilterBank
 from wideberth.tracking.kernels import (
-    ABSENT,
     ACCEPTED,
     NACP_COUNT,
     NACV_COUNT,
@@ -19,10 +18,8 @@ from wideberth.tracking.kernels import (
     RAYLEIGH_95_RADIUS,
     REJECTED,
     SWAPPED,
-    filter_report,
     nic_bound_of,
     position_sigma_of,
-    predicted_distance,
     velocity_sigma_of,
 )
 from wideberth.types import FloatArray, SourceInfo
@@ -53,14 +50,21 @@ class Report(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """What became of a report: counts by key, what happened in words, NIS of position, altitude and climb rate."""
+    """What became of a report: counts by key, what happened in words."""
 
     counts: tuple[str, ...]
-    events: tuple[str, ...]
-    nis: tuple[float, float, float]
+    events: tuple[str, ...] = ()
 
 
-_NO_NIS = (math.nan, math.nan, math.nan)
+class Update(NamedTuple):
+    """A filter to be updated with a report: which elements to use (position, altitude, climb rate, velocity)."""
+
+    filter: "AircraftFilter"
+    use: tuple[bool, bool, bool, bool]
+
+
+ACCEPTED_OUTCOME = Outcome(("position accepted",))
+NO_POSITION_OUTCOME = Outcome(("report without position used",))
 
 
 @dataclass(slots=True)
@@ -90,9 +94,19 @@ class AircraftFilter:
     vertical_rejects: int = 0
 
 
+class _FilterState(NamedTuple):
+    number: int
+    accepted: int
+    t_position: float
+    fix: tuple[int, float, float]
+    vertical_rejects: int
+    x: FloatArray
+    p: FloatArray
+    last: int
+
+
 class _State(NamedTuple):
-    filters: tuple[tuple[AircraftFilter, FloatArray, FloatArray, int], ...]
-    last_row: tuple[float, ...] | None
+    filters: tuple[_FilterState, ...]
     last_position: tuple[float, float] | None
     velocity: tuple[int, float, float] | None
     altitude: tuple[int, float] | None
@@ -129,19 +143,15 @@ class AdsbAircraft:
     position_sigma: float = 0.0
     velocity_sigma: float = 0.0
     bound: float = 0.0
-    _last_row: tuple[float, ...] | None = None
     _last_position: tuple[float, float] | None = None
     _velocity: tuple[int, float, float] | None = None
     _altitude: tuple[int, float] | None = None
     _rejected: tuple[tuple[int, float, float], ...] = ()
     _consecutive: int = 0
     _history: list[_Entry] = field(default_factory=list)
-    _outcome: np.ndarray = field(default_factory=lambda: np.zeros(4, np.int64))
-    _nis: FloatArray = field(default_factory=lambda: np.zeros(4))
-    _use: np.ndarray = field(default_factory=lambda: np.zeros(4, np.bool_))
 
     def __post_init__(self) -> None:
-        self._history.append(_Entry(-math.inf, None, None, self._state()))
+        self._begin_history(-math.inf)
         self.set_info(self.info)
 
     @property
@@ -172,6 +182,10 @@ class AdsbAircraft:
 
     # The order of reports
 
+    def in_order(self, report: Report) -> bool:
+        """Whether no report of later validity has been used."""
+        return report.t >= self._history[-1].t
+
     def handle(self, report: Report) -> tuple[list[Outcome], list[Outcome]]:
         """Use a report in the order of validity: the filters go back and run again where it is late.
 
@@ -181,62 +195,118 @@ class AdsbAircraft:
             What became of this report and of those run again; and the earlier outcomes that these replace.
         """
         history = self._history
-        if report.t >= history[-1].t:
-            outcome = self._process(report)
-            history.append(_Entry(report.t, report, outcome, self._state()))
-            if len(history) > 4 and history[1].t < report.t - self.config.late_max_s:
-                horizon = report.t - self.config.late_max_s
-                del history[: bisect.bisect_left(history, horizon, key=_entry_time) - 1]
-            return [outcome], []
+        if self.in_order(report):
+            return [self._use(report)], []
         index = bisect.bisect_right(history, report.t, key=_entry_time)
         if index == 0:
-            return [Outcome(("too late",), (), _NO_NIS)], []
+            return [Outcome(("too late",))], []
         again = history[index:]
         del history[index:]
         self._restore(history[-1].state)
-        outcomes = []
-        for r in (report, *(entry.report for entry in again)):
-            assert r is not None  # only the first entry of a history has none, and it is never run again
-            outcome = self._process(r)
-            history.append(_Entry(r.t, r, outcome, self._state()))
-            outcomes.append(outcome)
-        return outcomes, [entry.outcome for entry in again if entry.outcome is not None]
+        reports = [report, *(entry.report for entry in again if entry.report is not None)]
+        return [self._use(r) for r in reports], [entry.outcome for entry in again if entry.outcome is not None]
 
-    def _state(self) -> _State:
-        bank = self.bank
-        kept = tuple(
-            (
-                AircraftFilter(f.slot, f.number, f.accepted, f.t_position, f.fix, f.vertical_rejects),
-                bank.x[f.slot].copy(),
-                bank.p[f.slot].copy(),
-                int(bank.last[f.slot]),
-            )
-            for f in self.filters
+    def _use(self, report: Report) -> Outcome:
+        update = self.before(report)
+        if isinstance(update, Outcome):
+            return update
+        slot = update.filter.slot
+        outcome, _ = self.bank.update([slot], [report.step], [report.z], [report.r], [update.use], [report.time_sigma])
+        return self.after(
+            update.filter, report, outcome[0].tolist(), self.bank.x[slot].copy(), self.bank.p[slot].copy()
         )
-        return _State(
-            kept,
-            self._last_row,
-            self._last_position,
-            self._velocity,
-            self._altitude,
-            self._rejected,
-            self._consecutive,
-        )
+
+    def before(self, report: Report) -> Update | Outcome:
+        """Decide what a report in order is for: the filter to update, or what became of it without an update."""
+        z, step = report.z, report.step
+        has_position = z[0] == z[0] and z[1] == z[1]
+        has_velocity = z[3] == z[3] and z[4] == z[4]
+        has_altitude = z[2] == z[2]
+        outcome = None
+        if has_position:
+            position = (z[0], z[1])
+            if position == self._last_position and not (
+                has_velocity and math.hypot(z[3], z[4]) < self.config.hover_speed_mps
+            ):
+                outcome = Outcome(("position not new",))
+            self._last_position = position
+        if outcome is None:
+            if has_velocity:
+                self._velocity = (step, z[3], z[4])
+            if has_altitude:
+                self._altitude = (step, z[2])
+            if not self.filters:
+                outcome = self._start(report, has_position)
+            elif has_position or len(self.filters) == 1:
+                f = self.filters[0] if len(self.filters) == 1 else self._nearest(report)
+                with_velocity = has_velocity and self.config.use_reported_velocity
+                return Update(f, (has_position, has_altitude, z[5] == z[5], with_velocity))
+            else:
+                outcome = Outcome(("report without position of a shared address",))
+        self._remember(report, outcome)
+        return outcome
+
+    def after(self, f: AircraftFilter, report: Report, codes: Sequence[int], x: FloatArray, p: FloatArray) -> Outcome:
+        """Draw the consequences of an update.
+
+        Parameters
+        ----------
+        f : AircraftFilter
+        report : Report
+        codes : sequence of int
+            What became of position, altitude, climb rate, velocity.
+        x, p : ndarray, shape (3, 4) and (3, 4, 4)
+            Copies of the updated state and covariance.
+        """
+        if max(codes) <= ACCEPTED:
+            outcome = NO_POSITION_OUTCOME
+            if codes[0] == ACCEPTED:
+                f.accepted += 1
+                f.t_position = report.t
+                f.fix = (report.step, report.z[0], report.z[1])
+                self._consecutive = 0
+                outcome = ACCEPTED_OUTCOME
+            if codes[1] == ACCEPTED:
+                f.vertical_rejects = 0
+            if len(self.filters) == 1:
+                self._remember(report, outcome, self._state_of(f, x, p, report.step))
+                return outcome
+        else:
+            outcome = self._judge(f, report, codes)
+        self._remember(report, outcome)
+        return outcome
+
+    def _remember(self, report: Report, outcome: Outcome, single: _FilterState | None = None) -> None:
+        history = self._history
+        filters = tuple(self._filter_state(f) for f in self.filters) if single is None else (single,)
+        state = _State(filters, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive)
+        history.append(_Entry(report.t, report, outcome, state))
+        if len(history) > 10:
+            horizon = report.t - self.config.late_max_s
+            kept_from = bisect.bisect_left(history, horizon, key=_entry_time) - 1
+            if kept_from > 0:
+                del history[:kept_from]
+
+    def _filter_state(self, f: AircraftFilter) -> _FilterState:
+        bank, slot = self.bank, f.slot
+        return self._state_of(f, bank.x[slot].copy(), bank.p[slot].copy(), int(bank.last[slot]))
+
+    @staticmethod
+    def _state_of(f: AircraftFilter, x: FloatArray, p: FloatArray, last: int) -> _FilterState:
+        return _FilterState(f.number, f.accepted, f.t_position, f.fix, f.vertical_rejects, x, p, last)
 
     def _restore(self, state: _State) -> None:
         for f in self.filters:
             self.bank.release(f.slot)
         self.filters = []
-        for kept, x, p, last in state.filters:
+        for kept in state.filters:
             slot = self.bank.allocate()
-            self.bank.x[slot], self.bank.p[slot], self.bank.last[slot] = x, p, last
+            self.bank.x[slot], self.bank.p[slot], self.bank.last[slot] = kept.x, kept.p, kept.last
             self._set_bias(slot)
             self.filters.append(
                 AircraftFilter(slot, kept.number, kept.accepted, kept.t_position, kept.fix, kept.vertical_rejects)
             )
-        _, self._last_row, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive = (
-            state
-        )
+        _, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive = state
 
     def drop(self, f: AircraftFilter, t: float) -> None:
         """Forget a filter at time `t`; reports of before cannot bring it back."""
@@ -245,54 +315,17 @@ class AdsbAircraft:
         self.lost_before = True
         self._rejected = ()
         self._consecutive = 0
-        self._history = [_Entry(max(t, self._history[-1].t), None, None, self._state())]
+        self._begin_history(max(t, self._history[-1].t))
+
+    def _begin_history(self, t: float) -> None:
+        filters = tuple(self._filter_state(f) for f in self.filters)
+        state = _State(filters, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive)
+        self._history = [_Entry(t, None, None, state)]
 
     # One report
 
-    def _process(self, report: Report) -> Outcome:
-        z, step = report.z, report.step
-        has_position = z[0] == z[0] and z[1] == z[1]
-        has_velocity = z[3] == z[3] and z[4] == z[4]
-        has_altitude, has_climb = z[2] == z[2], z[5] == z[5]
-        if has_position:
-            position = (z[0], z[1])
-            slow = has_velocity and math.hypot(z[3], z[4]) < self.config.hover_speed_mps
-            if position == self._last_position and not slow:
-                return Outcome(("position not new",), (), _NO_NIS)
-            self._last_position = position
-        if has_velocity:
-            self._velocity = (step, z[3], z[4])
-        if has_altitude:
-            self._altitude = (step, z[2])
-        if not self.filters:
-            return self._start(report, has_position)
-        f = self._nearest(report) if has_position else self.filters[0]
-        if not has_position and len(self.filters) > 1:
-            return Outcome(("report without position of a shared address",), (), _NO_NIS)
-        use, outcome, bank = self._use, self._outcome, self.bank
-        use[0], use[1], use[2] = has_position, has_altitude, has_climb
-        use[3] = has_velocity and self.config.use_reported_velocity
-        slot = f.slot
-        filter_report(
-            bank.x[slot],
-            bank.p[slot],
-            step - bank.last[slot],
-            bank.phi,
-            bank.q,
-            np.array(z),
-            np.array(report.r),
-            use,
-            self.config.gate_mahalanobis,
-            report.time_sigma,
-            outcome,
-            self._nis,
-        )
-        bank.last[slot] = step
-        return self._judge(f, report)
-
-    def _judge(self, f: AircraftFilter, report: Report) -> Outcome:
-        position, altitude, climb, velocity = self._outcome.tolist()
-        nis = self._nis.tolist()
+    def _judge(self, f: AircraftFilter, report: Report, codes: Sequence[int]) -> Outcome:
+        position, altitude, climb, velocity = codes
         counts: list[str] = []
         events: list[str] = []
         if position == ACCEPTED:
@@ -326,34 +359,11 @@ class AdsbAircraft:
             counts.append("velocity outside the gate")
         elif velocity == SWAPPED:
             counts.append("north and east velocity swapped")
-        return Outcome(
-            tuple(counts),
-            tuple(events),
-            (
-                nis[0] if position == ACCEPTED else math.nan,
-                nis[1] if altitude == ACCEPTED else math.nan,
-                nis[2] if climb != ABSENT and climb != REJECTED else math.nan,
-            ),
-        )
+        return Outcome(tuple(counts), tuple(events))
 
     def _nearest(self, report: Report) -> AircraftFilter:
-        if len(self.filters) == 1:
-            return self.filters[0]
-        bank = self.bank
-        distances = [
-            predicted_distance(
-                bank.x[f.slot],
-                bank.p[f.slot],
-                report.step - bank.last[f.slot],
-                bank.phi,
-                bank.q,
-                report.z[0],
-                report.z[1],
-                report.r[0],
-                report.time_sigma,
-            )
-            for f in self.filters
-        ]
+        z, r = report.z, report.r
+        distances = [self.bank.distance(f.slot, report.step, z[0], z[1], r[0], report.time_sigma) for f in self.filters]
         return self.filters[distances.index(min(distances))]
 
     # Starting, starting again
@@ -365,13 +375,13 @@ class AdsbAircraft:
 
     def _start(self, report: Report, has_position: bool) -> Outcome:
         if not has_position:
-            return Outcome(("no position yet",), (), _NO_NIS)
+            return Outcome(("no position yet",))
         altitude = self._recent_altitude(report)
         if not math.isfinite(altitude):
-            return Outcome(("no altitude yet",), (), _NO_NIS)
+            return Outcome(("no altitude yet",))
         self._add(report, altitude, None)
         again = "again" if self.lost_before else "started"
-        return Outcome(("position accepted", "track started"), (f"track {self.label} {again}",), _NO_NIS)
+        return Outcome(("position accepted", "track started"), (f"track {self.label} {again}",))
 
     def _add(self, report: Report, altitude: float, velocity: tuple[float, float, float] | None) -> AircraftFilter:
         used = {f.number for f in self.filters}
@@ -450,9 +460,8 @@ class AdsbAircraft:
     def _restart_visibly(
         self, f: AircraftFilter, report: Report, velocity: tuple[float, float, float] | None, why: str
     ) -> list[str]:
-        x = self.bank.x[f.slot]
-        ahead = (report.step - int(self.bank.last[f.slot])) * self.bank.dt
-        away = math.hypot(report.z[0] - x[0, 0] - ahead * x[0, 1], report.z[1] - x[1, 0] - ahead * x[1, 1])
+        x = self.bank.x[f.slot]  # predicted to the report, which did not update it
+        away = math.hypot(report.z[0] - x[0, 0], report.z[1] - x[1, 0])
         self._restart(f, report, velocity)
         return [f"track {self.name(f.number)} restarted {away:.0f} m from where it was expected after {why}"]
 
@@ -500,10 +509,3 @@ class AdsbAircraft:
 
 def _entry_time(entry: _Entry) -> float:
     return entry.t
-
-
-def apply(counters: Counter[str], outcomes: list[Outcome], sign: int) -> None:
-    """Add (+1) or take back (-1) the counts of outcomes."""
-    for outcome in outcomes:
-        for key in outcome.counts:
-            counters[key] += sign

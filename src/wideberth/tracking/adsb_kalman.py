@@ -2,11 +2,21 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
-from wideberth.tracking.adsb_aircraft import AdsbAircraft, AircraftFilter, Outcome, Report, apply
+import numpy as np
+
+from wideberth.tracking.adsb_aircraft import (
+    ACCEPTED_OUTCOME,
+    AdsbAircraft,
+    AircraftFilter,
+    Outcome,
+    Report,
+    Update,
+)
 from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.tracking.filter_bank import FilterBank
+from wideberth.tracking.kernels import ACCEPTED
 from wideberth.types import Scan, SourceInfo, Track, TrackStatus
 
 _FUTURE_SECONDS = 0.5
@@ -39,7 +49,8 @@ class AdsbKalmanTracker:
         self._aircraft: dict[str, AdsbAircraft] = {}
         self._t = -math.inf
         self._counters: Counter[str] = Counter()
-        self._nis = {name: [0, 0.0] for name in ("position", "altitude", "climb rate")}
+        self._nis_count = np.zeros(4, np.int64)
+        self._nis_sum = np.zeros(4)
 
     @property
     def counters(self) -> dict[str, int]:
@@ -50,10 +61,12 @@ class AdsbKalmanTracker:
     def nis(self) -> dict[str, tuple[int, float]]:
         """Number and mean of the normalised innovations squared of accepted measurements.
 
-        Expected: 2 for the position (two degrees of freedom), 1 for altitude and climb rate; less with errors that are
-        correlated in time.
+        Expected: 2 for position and velocity (two degrees of freedom), 1 for altitude and climb rate; less with errors
+        that are correlated in time. Reports that were run again because a late one came are not in it.
         """
-        return {name: (int(n), total / n if n else math.nan) for name, (n, total) in self._nis.items()}
+        names = ("position", "altitude", "climb rate", "velocity")
+        sums = zip(names, self._nis_count.tolist(), self._nis_sum.tolist(), strict=True)
+        return {name: (n, total / n if n else math.nan) for name, n, total in sums}
 
     def step(self, t: float, scans: Sequence[Scan]) -> tuple[tuple[Track, ...], tuple[str, ...]]:
         """Take in the scans of a step and return all tracks at its end.
@@ -87,64 +100,106 @@ class AdsbKalmanTracker:
             self._aircraft.clear()
             self._bank = FilterBank(self._config)
             self._t = -math.inf
-        for report, address, info, sensor in self._rows(t, scans):
+        self._take_in(self._rows(t, scans), events)
+        self._t = max(t, self._t)
+        return self._tracks(t, events), tuple(events)
+
+    def _take_in(self, rows: list[tuple[Report, str, SourceInfo, str]], events: list[str]) -> None:
+        """Use reports in the order given: those of aircraft that behave in one call, the others one by one."""
+        batch: list[tuple[AdsbAircraft, Update, Report]] = []
+        queued: set[str] = set()
+        for report, address, info, sensor in rows:
             aircraft = self._aircraft.get(address)
             if aircraft is None:
                 aircraft = self._aircraft[address] = AdsbAircraft(address, self._bank, self._config)
             if info is not aircraft.info and info != aircraft.info:
                 aircraft.set_info(info)
             aircraft.sensor = sensor
-            aircraft.heard = max(aircraft.heard, report.t)
-            outcomes, replaced = aircraft.handle(report)
-            self._account(outcomes, replaced, events)
-        self._t = max(t, self._t)
-        return self._tracks(t, events), tuple(events)
+            if report.t > aircraft.heard:
+                aircraft.heard = report.t
+            if address in queued:
+                self._update(batch, events)
+                batch, queued = [], set()
+            if aircraft.in_order(report):
+                update = aircraft.before(report)
+                if isinstance(update, Outcome):
+                    self._account(update, events)
+                else:
+                    batch.append((aircraft, update, report))
+                    queued.add(address)
+            else:
+                self._run_again(aircraft, report, events)
+        self._update(batch, events)
 
-    def _account(self, outcomes: list[Outcome], replaced: list[Outcome], events: list[str]) -> None:
-        apply(self._counters, outcomes, 1)
-        apply(self._counters, replaced, -1)
+    def _update(self, batch: list[tuple[AdsbAircraft, Update, Report]], events: list[str]) -> None:
+        if not batch:
+            return
+        bank = self._bank
+        slots = [update.filter.slot for _, update, _ in batch]
+        _, steps, z, r, time_sigma = zip(*(report for _, _, report in batch), strict=True)
+        codes, nis = bank.update(slots, steps, z, r, [update.use for _, update, _ in batch], time_sigma)
+        x, p = bank.x[slots], bank.p[slots]
+        accepted = codes == ACCEPTED
+        self._nis_count += accepted.sum(axis=0)
+        self._nis_sum += np.where(accepted, nis, 0.0).sum(axis=0)
+        for (aircraft, update, report), code, xi, pi in zip(batch, codes.tolist(), x, p, strict=True):
+            outcome = aircraft.after(update.filter, report, code, xi, pi)
+            if outcome is ACCEPTED_OUTCOME:
+                self._counters["position accepted"] += 1
+            else:
+                self._account(outcome, events)
+
+    def _run_again(self, aircraft: AdsbAircraft, report: Report, events: list[str]) -> None:
+        outcomes, replaced = aircraft.handle(report)
         told = {event for outcome in replaced for event in outcome.events}
         for outcome in outcomes:
-            events.extend(event for event in outcome.events if event not in told)
-        for sign, group in ((1, outcomes), (-1, replaced)):
-            for outcome in group:
-                for sums, value in zip(self._nis.values(), outcome.nis, strict=True):
-                    if value == value:
-                        sums[0] += sign
-                        sums[1] += sign * value
+            self._account(outcome, events, told)
+        for outcome in replaced:
+            for key in outcome.counts:
+                self._counters[key] -= 1
+        self._counters["late, put in order" if len(outcomes) > 1 else "late"] += 1
+
+    def _account(self, outcome: Outcome, events: list[str], told: Collection[str] = ()) -> None:
+        for key in outcome.counts:
+            self._counters[key] += 1
+        events.extend(event for event in outcome.events if event not in told)
 
     def _rows(self, t: float, scans: Sequence[Scan]) -> list[tuple[Report, str, SourceInfo, str]]:
         """Return the usable reports of all scans in the order of validity."""
-        rows = []
+        rows: list[tuple[Report, str, SourceInfo, str]] = []
         c = self._config
         oldest = min(t, self._t if math.isfinite(self._t) else t - c.lost_after_s) - c.late_max_s
         for scan in scans:
             if scan.kind != "adsb":
                 self._counters["scan of another kind"] += 1
                 continue
-            if len(scan.source_ids) == 0:
+            k = len(scan.source_ids)
+            if k == 0:
                 continue
-            variances = scan.R.diagonal(axis1=1, axis2=2).tolist()
-            sources = scan.sources or (_BLANK,) * len(scan.source_ids)
-            for z, r, time, address, info in zip(
-                scan.z.tolist(), variances, scan.t_valid.tolist(), scan.source_ids, sources, strict=True
+            self._counters["reports"] += k
+            times = scan.t_valid
+            variances = scan.R.diagonal(axis1=1, axis2=2)
+            good = np.ones(k, np.bool_)
+            for key, bad in (
+                ("time not finite", ~np.isfinite(times)),
+                ("time in the future", times > t + _FUTURE_SECONDS),
+                ("too late", times < oldest),
+                ("value not finite", np.isinf(scan.z).any(axis=1)),
+                ("variance not positive", ~((variances > 0.0) | np.isnan(scan.z)).all(axis=1)),
             ):
-                self._counters["reports"] += 1
-                if not math.isfinite(time):
-                    self._counters["time not finite"] += 1
-                elif time > t + _FUTURE_SECONDS:
-                    self._counters["time in the future"] += 1
-                elif time < oldest:
-                    self._counters["too late"] += 1
-                elif any(math.isinf(value) for value in z):
-                    self._counters["value not finite"] += 1
-                elif not all(v > 0.0 for v, value in zip(r, z, strict=True) if value == value):
-                    self._counters["variance not positive"] += 1
-                else:
-                    sigma = c.whole_second_sigma_s if time == math.floor(time) else c.time_sigma_s
-                    report = Report(time, round(time / c.step_s), tuple(z), tuple(r), sigma)
-                    rows.append((report, address, info, scan.sensor))
-        rows.sort(key=lambda row: row[0].t)
+                if bad.any():
+                    self._counters[key] += int(np.count_nonzero(bad & good))
+                    good &= ~bad
+            steps = np.rint(np.where(good, times, 0.0) / c.step_s).astype(np.int64)
+            sigmas = np.where(np.floor(times) == times, c.whole_second_sigma_s, c.time_sigma_s)
+            reports = map(Report, times.tolist(), steps.tolist(), scan.z.tolist(), variances.tolist(), sigmas.tolist())
+            infos = scan.sources or (_BLANK,) * k
+            rows.extend(
+                (report, address, info, scan.sensor)
+                for report, address, info, use in zip(reports, scan.source_ids, infos, good.tolist(), strict=True)
+                if use
+            )
+        rows.sort(key=_validity)
         return rows
 
     def _tracks(self, t: float, events: list[str]) -> tuple[Track, ...]:
@@ -187,3 +242,7 @@ class AdsbKalmanTracker:
         events.append(f"track {a.name(f.number)} lost: no position for {t - f.t_position:.0f} s{why}")
         self._counters["track lost"] += 1
         a.drop(f, t)
+
+
+def _validity(row: tuple[Report, str, SourceInfo, str]) -> float:
+    return row[0].t

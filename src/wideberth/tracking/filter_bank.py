@@ -1,11 +1,13 @@
 """Storage of many ADS-B filters side by side, and the models they share."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wideberth.tracking.config import AdsbKalmanConfig
-from wideberth.tracking.kernels import output_tracks
+from wideberth.tracking.kernels import filter_reports, output_tracks, predicted_distance
 from wideberth.tracking.motion import axis_model, model_tables
 from wideberth.types import FloatArray
 
@@ -56,7 +58,8 @@ class FilterBank:
 
     def __init__(self, config: AdsbKalmanConfig) -> None:
         self.dt = config.step_s
-        self.latency = config.latency_sigma_s
+        self._latency = config.latency_sigma_s
+        self._gate = config.gate_mahalanobis
         times = (config.acceleration_time_constant_s, config.jerk_time_constant_s)
         taus = tuple(math.inf if tau is None else tau for tau in times)
         count = max(1, round(_TABLE_SECONDS / self.dt))
@@ -88,6 +91,60 @@ class FilterBank:
         """Give a slot back."""
         self._free.append(slot)
 
+    def update(
+        self,
+        slots: Sequence[int],
+        steps: Sequence[int],
+        z: Sequence[Sequence[float]],
+        r: Sequence[Sequence[float]],
+        use: Sequence[tuple[bool, bool, bool, bool]],
+        time_sigma: Sequence[float],
+    ) -> tuple[NDArray[np.int64], FloatArray]:
+        """Take filters to the time of one report each and update them.
+
+        Parameters
+        ----------
+        slots, steps : sequence of int
+            The filter of each of the k reports, and its internal step.
+        z, r : sequence of sequence of float
+            North, east, down, velocity north, east, down (SI), and the variances.
+        use : sequence of tuple of bool
+            Whether to use horizontal position, altitude, climb rate, horizontal velocity.
+        time_sigma : sequence of float
+            Uncertainty of the time of validity, s.
+
+        Returns
+        -------
+        outcome, nis : ndarray, shape (k, 4)
+            What became of each element, and its normalised innovation squared.
+        """
+        k = len(slots)
+        outcome, nis = np.empty((k, 4), np.int64), np.empty((k, 4))
+        filter_reports(
+            self.x,
+            self.p,
+            self.last,
+            np.array(slots, np.int64),
+            np.array(steps, np.int64),
+            self.phi,
+            self.q,
+            np.array(z, np.float64),
+            np.array(r, np.float64),
+            np.array(use, np.bool_),
+            self._gate,
+            np.array(time_sigma, np.float64),
+            outcome,
+            nis,
+        )
+        return outcome, nis
+
+    def distance(self, slot: int, step: int, north: float, east: float, variance: float, time_sigma: float) -> float:
+        """Return the squared Mahalanobis distance of a horizontal position from a filter's prediction at a step."""
+        ahead = step - int(self.last[slot])
+        return predicted_distance(
+            self.x[slot], self.p[slot], ahead, self.phi, self.q, north, east, variance, time_sigma
+        )
+
     def output(self, slots: list[int], t: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
         """Return position, velocity, acceleration (k, 3), covariance (k, 9, 9) and horizontal spread (k,) at `t`."""
         k = len(slots)
@@ -105,7 +162,7 @@ class FilterBank:
             self.phi,
             self.q,
             self.bias,
-            self.latency,
+            self._latency,
             position,
             velocity,
             acceleration,

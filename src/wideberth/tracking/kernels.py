@@ -222,23 +222,44 @@ def update_track(
 
 
 @jit
-def filter_report(
+def filter_reports(
     x: np.ndarray,
     p: np.ndarray,
-    steps: int,
+    last: np.ndarray,
+    slots: np.ndarray,
+    steps: np.ndarray,
     phi: np.ndarray,
     q: np.ndarray,
     z: np.ndarray,
     r: np.ndarray,
     use: np.ndarray,
     gate: float,
-    time_sigma: float,
+    time_sigma: np.ndarray,
     outcome: np.ndarray,
     nis: np.ndarray,
 ) -> None:
-    """Predict one track in place by `steps` internal steps and update it; see `predict_steps` and `update_track`."""
-    predict_track(x, p, steps, phi, q, x, p)
-    update_track(x, p, z, r, use, gate, time_sigma, outcome, nis)
+    """Predict tracks in place to the time of their reports and update them, one report after the other.
+
+    Parameters
+    ----------
+    x, p : ndarray, shape (n, 3, 4) and (n, 3, 4, 4)
+    last : ndarray of int, shape (n,)
+        Internal step of each filter's state; moved.
+    slots, steps : ndarray of int, shape (k,)
+        The filter of each report, and its internal step.
+    phi, q : ndarray, shape (2, m, 4, 4)
+    z, r : ndarray, shape (k, 6)
+    use : ndarray of bool, shape (k, 4)
+    gate : float
+    time_sigma : ndarray, shape (k,)
+    outcome, nis : ndarray, shape (k, 4)
+        Written; see `update_track`.
+    """
+    for i in range(slots.shape[0]):
+        s = slots[i]
+        predict_track(x[s], p[s], steps[i] - last[s], phi, q, x[s], p[s])
+        update_track(x[s], p[s], z[i], r[i], use[i], gate, time_sigma[i], outcome[i], nis[i])
+        last[s] = steps[i]
 
 
 @jit

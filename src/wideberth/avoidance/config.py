@@ -62,6 +62,7 @@ class LocalLevelConfig(PartConfig):
     trigger_lookahead_s: float = Field(80.0, gt=0, description="a loss predicted within this time starts a maneuver")
     hold_s: float = Field(8.0, ge=0, description="least time that a maneuver is flown")
     clear_s: float = Field(3.0, ge=0, description="how long the mission must look safe before it is resumed")
+    renew_s: float = Field(20.0, ge=0, description="a maneuver that stays clear is not questioned for this long")
     switch_ratio: float = Field(0.6, gt=0, le=1, description="a new plan must cost less than this part of the kept one")
     switch_gain: float = Field(10.0, ge=0, description="and be better by this much")
     ghost_s: float = Field(60.0, ge=0, description="how long a lost aircraft is still avoided where it would be")

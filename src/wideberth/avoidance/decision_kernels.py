@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from wideberth._jit import jit
 from wideberth.avoidance.graph_kernels import (
     CLIMB,
+    CLIMB_MAX,
+    COST_REVERSAL,
     COURSE,
     DOWN,
     EAST,
@@ -26,6 +28,7 @@ from wideberth.avoidance.kernels import (
     FIRST_HARD,
     FIRST_OUTER,
     N_MET,
+    N_PREDICTION,
     N_RISK,
     TIME_HARD,
     evaluate_path,
@@ -46,8 +49,8 @@ ACTIVE, T_CHOSEN, TURN_SENSE, CLIMB_SENSE, LEAST_BAD, SAFE_SINCE, N_POINTS, POIN
 N_PLAN = 8
 
 # When to decide what.
-DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN = 0, 1, 2, 3, 4, 5, 6
-N_POLICY = 7
+DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW = 0, 1, 2, 3, 4, 5, 6, 7
+N_POLICY = 8
 
 
 STRIDE = 2  # flight is integrated in half steps of the grid
@@ -178,7 +181,9 @@ def decide(
         index = int(plan[POINT_INDEX])
         look_ahead(x, points[:n_points], speeds[:n_points], index, vehicle, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
-        kept_cost = path_cost(states, goal, wanted, limits[3], goal_weights, met_kept)
+        kept_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_kept)
+        if met_kept[FIRST_OUTER] == math.inf and t - plan[T_CHOSEN] < policy[RENEW]:
+            return KEEP
 
     start[NORTH], start[EAST], start[DOWN] = x[0], x[1], x[2]
     start[COURSE], start[CLIMB] = x[4], x[6]
@@ -199,12 +204,12 @@ def decide(
         new_times[ring + 1] = t + elapsed
     look_ahead(x, new_points, new_speeds, 1, vehicle, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
-    new_cost = path_cost(states, goal, wanted, limits[3], goal_weights, met_new)
+    new_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_new)
     if active:
         # Opposite to what is being flown costs extra here too, so that the two plans are compared fairly.
         turn = wrap(headings[path[0]])
         if turn * turn_sense < -0.01 or heights[path[0]] * climb_sense < -1.0:
-            new_cost += limits[9]
+            new_cost += limits[COST_REVERSAL]
         rescued = met_kept[TIME_HARD] > 0.0 and met_new[TIME_HARD] < 0.5 * met_kept[TIME_HARD]
         better = new_cost < policy[SWITCH_RATIO] * kept_cost and kept_cost - new_cost > policy[SWITCH_GAIN]
         if not (better or rescued):
@@ -237,7 +242,7 @@ def warmup() -> None:
     advance_index(x, mission, 1, vehicle)
     look_ahead(x, mission, np.full(2, 40.0), 1, vehicle, 1.0, np.zeros((7, 7)))
     decide(
-        0.0, x, mission, np.full(2, 40.0), 1, vehicle, np.ones((2, 4, 8)), np.ones(2), 1, 1,
+        0.0, x, mission, np.full(2, 40.0), 1, vehicle, np.ones((2, 4, N_PREDICTION)), np.ones(2), 1, 1,
         np.array([0, 1]), np.array([3]), np.zeros(1), np.zeros(1), limits, risk, risk, np.ones(2), policy,
         np.zeros(N_PLAN), np.zeros((2, 3)), np.zeros(2), np.zeros(2), np.zeros((7, 7)),
         np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),

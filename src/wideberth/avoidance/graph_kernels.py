@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit
-from wideberth.avoidance.kernels import N_MET, N_RISK, clear_met, risk_at, terminal_cost, wrap
+from wideberth.avoidance.kernels import N_MET, N_PREDICTION, N_RISK, clear_met, risk_at, terminal_cost, wrap
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -276,6 +276,6 @@ def warmup() -> None:
     for geometry in (RINGS, FLYABLE):
         search_map(
             np.zeros(N_LABEL), geometry, np.array([0, 1]), one, zeros, zeros, 1.0, np.ones(N_LIMITS),
-            np.ones((2, 4, 8)), np.ones(2), 1, np.ones(N_RISK), np.zeros(3), np.ones(2), 0, 0,
+            np.ones((2, 4, N_PREDICTION)), np.ones(2), 1, np.ones(N_RISK), np.zeros(3), np.ones(2), 0, 0,
             np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),
         )  # fmt: skip

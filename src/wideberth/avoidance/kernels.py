@@ -26,6 +26,9 @@ TURN_TIME = 21  # s that a turn is continued
 TURN_WEIGHT = 22  # belief in the continued turn, the rest in straight flight
 N_RISK = 23
 
+MARGIN_MAX = 1.5  # largest margin that paths are judged with
+N_PREDICTION = 9  # position, velocity, two standard deviations, relevance
+
 # What an evaluated path met: first time (s ahead, inf if never) and how long (s) in each volume.
 FIRST_HARD, FIRST_INNER, FIRST_OUTER, TIME_HARD, TIME_INNER, TIME_OUTER, COST, CULPRIT = 0, 1, 2, 3, 4, 5, 6, 7
 N_MET = 8
@@ -46,6 +49,9 @@ def turn_rate(vn: float, ve: float, an: float, ae: float, sigma_a: float, risk: 
 
 @jit
 def predict_intruders(
+    own: Floats,
+    own_speed: float,
+    own_climb: float,
     position: Floats,
     velocity: Floats,
     acceleration: Floats,
@@ -59,8 +65,14 @@ def predict_intruders(
 ) -> int:
     """Predict every intruder over a time grid, straight and, where it turns, also along its turn.
 
+    What the ownship cannot meet at a grid time, whatever it does, is marked there; what it can never meet is left out.
+
     Parameters
     ----------
+    own : ndarray, shape (3,)
+        Position of the ownship, local NED.
+    own_speed, own_climb : float
+        The most it can do horizontally and vertically, m/s.
     position, velocity, acceleration : ndarray, shape (m, 3)
         Local NED.
     covariance : ndarray, shape (m, 9, 9)
@@ -70,8 +82,9 @@ def predict_intruders(
         Step of the grid, s.
     n : int
         Number of grid points; the first is now.
-    out : ndarray, shape (2 m, n, 8)
-        Filled with position, velocity, and the standard deviations of horizontal and vertical position.
+    out : ndarray, shape (2 m, n, N_PREDICTION)
+        Filled with position, velocity, the standard deviations of horizontal and vertical position, and whether the
+        ownship can be where it would matter (0 or 1).
     weight : ndarray, shape (2 m,)
         Filled with the belief in each hypothesis.
     owner : ndarray of int, shape (2 m,)
@@ -98,6 +111,8 @@ def predict_intruders(
             vn, ve, vd = velocity[i, 0], velocity[i, 1], velocity[i, 2]
             rate = omega if hypothesis == 1 else 0.0
             cos_step, sin_step = math.cos(rate * dt), math.sin(rate * dt)
+            closing = own_speed + math.hypot(vn, ve)
+            ever = False
             for k in range(n):
                 t = k * dt
                 row = out[count, k]
@@ -108,12 +123,21 @@ def predict_intruders(
                 s_d = c[2, 2] + 2.0 * t * c[2, 5] + t * t * c[5, 5]
                 row[6] = math.sqrt(max(0.5 * (s_n + s_e), 0.0))
                 row[7] = math.sqrt(max(s_d, 0.0))
+                reach_h = widened(risk[OUTER_RADIUS], row[6], risk[GROWTH_H], risk, t) + risk[OUTER_TAU] * closing
+                reach_v = widened(risk[OUTER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
+                relevant = (
+                    math.hypot(pn - own[0], pe - own[1]) <= MARGIN_MAX * reach_h + own_speed * t
+                    and abs(pd - own[2]) <= MARGIN_MAX * reach_v + own_climb * t
+                )
+                row[8] = 1.0 if relevant else 0.0
+                ever = ever or relevant
                 if t < risk[TURN_TIME]:
                     vn, ve = cos_step * vn - sin_step * ve, sin_step * vn + cos_step * ve
                 pn += vn * dt
                 pe += ve * dt
                 pd += vd * dt
-            count += 1
+            if ever:
+                count += 1
     return count
 
 
@@ -168,6 +192,8 @@ def risk_at(
     hard = inner = outer = False
     for m in range(n_intruders):
         row = intruders[m, k]
+        if row[8] == 0.0:
+            continue
         sn, se, sd = row[0] - pn, row[1] - pe, row[2] - pd
         height = abs(sd)
         range2 = sn * sn + se * se
@@ -333,9 +359,9 @@ def point_along(waypoints: Floats, index: int, pn: float, pe: float, ahead: floa
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     risk = np.ones(N_RISK)
-    out, weight, owner = np.zeros((2, 4, 8)), np.zeros(2), np.zeros(2, np.int64)
+    out, weight, owner = np.zeros((2, 4, N_PREDICTION)), np.zeros(2), np.zeros(2, np.int64)
     one = np.ones((1, 3))
-    m = predict_intruders(one, one, one, np.zeros((1, 9, 9)), risk, 1.0, 4, out, weight, owner)
+    m = predict_intruders(np.ones(3), 1.0, 1.0, one, one, one, np.zeros((1, 9, 9)), risk, 1.0, 4, out, weight, owner)
     met, point = np.zeros(N_MET), np.zeros(3)
     evaluate_path(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, 1.0, risk, met)
     terminal_cost(0.0, 0.0, 0.0, point, 1.0, 1.0, np.ones(2))

@@ -85,7 +85,7 @@ class LocalLevelPlanner:
             self._plan[:] = 0.0
             self._maneuver = None
             return None, ()
-        intruders, weight, owner, count = self._predict(near)
+        intruders, weight, owner, count = self._predict(ownship, near)
         x = ground_state(ownship)
         self._advance(x)
         action = dk.decide(
@@ -118,12 +118,17 @@ class LocalLevelPlanner:
         reach = finite & (np.hypot(position[:, 0], position[:, 1]) < radius) & (np.abs(position[:, 2]) < height)
         return [track for track, inside in zip(tracks, reach, strict=True) if inside]
 
-    def _predict(self, near: Sequence[Track]) -> tuple[FloatArray, FloatArray, NDArray[np.int64], int]:
+    def _predict(
+        self, ownship: Ownship, near: Sequence[Track]
+    ) -> tuple[FloatArray, FloatArray, NDArray[np.int64], int]:
         m = max(1, 2 * len(near))
-        out, weight, owner = np.empty((m, self._n, 8)), np.empty(m), np.empty(m, np.int64)
+        out, weight, owner = np.empty((m, self._n, rk.N_PREDICTION)), np.empty(m), np.empty(m, np.int64)
         if not near:
             return out, weight, owner, 0
         count = rk.predict_intruders(
+            ownship.position,
+            self._vehicle[vk.P_SPEED_MAX],
+            max(self._vehicle[vk.P_CLIMB_MAX], self._vehicle[vk.P_SINK_MAX]),
             np.array([track.position for track in near]),
             np.array([track.velocity for track in near]),
             np.array([track.acceleration for track in near]),
@@ -259,5 +264,6 @@ def policy_array(config: LocalLevelConfig) -> FloatArray:
     policy[dk.DT], policy[dk.TRIGGER] = config.grid_step_s, config.trigger_lookahead_s
     policy[dk.HOLD], policy[dk.CLEAR_TIME] = config.hold_s, config.clear_s
     policy[dk.SWITCH_RATIO], policy[dk.SWITCH_GAIN] = config.switch_ratio, config.switch_gain
-    policy[dk.RETURN_MARGIN] = max(1.0, config.return_buffer / config.buffer)
+    policy[dk.RETURN_MARGIN] = min(rk.MARGIN_MAX, max(1.0, config.return_buffer / config.buffer))
+    policy[dk.RENEW] = config.renew_s
     return policy

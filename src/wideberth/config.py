@@ -66,6 +66,7 @@ class _GeneralConfig(PartConfig):
     seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
     duration_s: Annotated[float, Field(gt=0.0, le=1e6)] | None = None
     step_s: Annotated[float, Field(gt=0.0, le=10.0)] = 0.1
+    avoid: bool = True
     origin: OriginConfig | None = None
     mission: MissionConfig | None = None
     wind: WindConfig = WindConfig()
@@ -84,6 +85,8 @@ class ScenarioConfig:
         None: until the mission is complete.
     step_s : float
         Step of the pipeline.
+    avoid : bool
+        False: everything runs, but nothing is avoided.
     origin : OriginConfig or None
         None: the first point given by latitude and longitude, see `frame`.
     mission : MissionConfig or None
@@ -99,6 +102,7 @@ class ScenarioConfig:
     seed: int
     duration_s: float | None
     step_s: float
+    avoid: bool
     origin: OriginConfig | None
     mission: MissionConfig | None
     wind: WindConfig

@@ -35,7 +35,8 @@ def _starts(aircraft: int, rng: np.random.Generator) -> tuple[np.ndarray, np.nda
     positions = np.column_stack([rng.uniform(-9000, 12000, (aircraft, 2)), rng.uniform(-1200, -300, aircraft)])
     course = rng.uniform(0, 2 * np.pi, aircraft)
     velocities = np.column_stack([60 * np.cos(course), 60 * np.sin(course), rng.normal(0, 1, aircraft)])
-    positions[0], velocities[0] = [6500.0, 350.0, -620.0], [-55.0, -4.0, 0.0]
+    if aircraft:
+        positions[0], velocities[0] = [6500.0, 350.0, -620.0], [-55.0, -4.0, 0.0]
     return positions, velocities
 
 

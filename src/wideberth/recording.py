@@ -1,7 +1,8 @@
 """Recordings: every step of a run in an MCAP file, exact to the bit, readable up to the last second after a crash.
 
-The file has four channels. ``scenario`` holds one JSON message, the others one msgpack message a step: ``inputs`` (what
-came in), ``snapshot`` (what was made of it) and, in simulation, ``truth``. Each channel's schema says how to read it.
+The file has five channels. ``scenario`` holds one JSON message, the others one msgpack message a step: ``inputs`` (what
+came in), ``snapshot`` (what was made of it) and, in simulation, ``truth``; a finished run ends with its ``summary``, in
+JSON. Each channel's schema says how to read it.
 """
 
 import contextlib
@@ -167,6 +168,7 @@ class Recorder:
                     ARRAY_TEXT + describe(Snapshot, Ownship, Track, SourceInfo, Threat, Maneuver, SensorHealth),
                 ),
                 "truth": self._channel("truth", "msgpack", ARRAY_TEXT + describe(Truth)),
+                "summary": self._channel("summary", "json", "JSON: the scores of the finished run, as in summary.json"),
             }
             start = 0 if mission is None else _nanoseconds(mission.t_start)
             self._writer.add_message(self._channels["scenario"], start, text, start)
@@ -197,6 +199,12 @@ class Recorder:
     def _add(self, topic: str, t: float, value: object) -> None:
         stamp = _nanoseconds(t)
         self._writer.add_message(self._channels[topic], stamp, encode(value), stamp, self._sequence)
+
+    def write_summary(self, summary: Mapping[str, Any]) -> None:
+        """Add the scores of the finished run, JSON types only."""
+        with _Guard(self):
+            stamp = 0 if math.isnan(self._t) else _nanoseconds(self._t)
+            self._writer.add_message(self._channels["summary"], stamp, msgspec.json.encode(summary), stamp)
 
     def close(self) -> None:
         """Finish the file. Does nothing when it is closed."""
@@ -274,6 +282,8 @@ class Recording:
     step_count : int
     t_start, t_end : float
         Times of the first and the last step, s; NaN without steps.
+    summary : dict or None
+        The scores, where the run was finished.
     """
 
     path: Path
@@ -285,6 +295,7 @@ class Recording:
     step_count: int
     t_start: float
     t_end: float
+    summary: dict[str, Any] | None
     _chunks: list[Chunk] = field(repr=False)
 
     def steps(self) -> Iterator[RecordedStep]:
@@ -313,7 +324,7 @@ def _chunk_messages(chunk: Chunk) -> list[tuple[str, Message]]:
 
 
 # Channels are registered in this order in the first chunk only, which every later chunk relies on.
-_TOPICS = {1: "scenario", 2: "inputs", 3: "snapshot", 4: "truth"}
+_TOPICS = {1: "scenario", 2: "inputs", 3: "snapshot", 4: "truth", 5: "summary"}
 _INPUTS = decoder(_Inputs)
 _SNAPSHOT = decoder(Snapshot)
 _TRUTH = decoder(Truth)
@@ -322,7 +333,7 @@ _TRUTH = decoder(Truth)
 def _steps(chunk: Chunk, path: Path) -> Iterator[RecordedStep]:
     by_sequence: dict[int, dict[str, bytes]] = {}
     for topic, message in _chunk_messages(chunk):
-        if topic != "scenario":
+        if topic in ("inputs", "snapshot", "truth"):
             by_sequence.setdefault(message.sequence, {})[topic] = message.data
     for parts in by_sequence.values():
         try:
@@ -361,15 +372,18 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
     except OSError as error:
         raise InputError(f"cannot read the recording {path}: {error.strerror or error}") from error
     preamble = _read_preamble(chunks, path)
-    steps, times = 0, []
+    steps, times, summary = 0, [], None
     for chunk in chunks:
-        stamps = [m.log_time * 1e-9 for topic, m in _chunk_messages(chunk) if topic == "snapshot"]
+        messages = _chunk_messages(chunk)
+        stamps = [m.log_time * 1e-9 for topic, m in messages if topic == "snapshot"]
+        for topic, message in messages:
+            summary = _json(message, path) if topic == "summary" else summary
         steps += len(stamps)
         times += [stamps[0], stamps[-1]] if stamps else []
     t_start, t_end = (times[0], times[-1]) if times else (math.nan, math.nan)
-    message = f"{steps} steps, {t_end - t_start:.1f} s" if steps else "no steps"
+    text = f"{steps} steps, {t_end - t_start:.1f} s" if steps else "no steps"
     if damage:
-        message += f"; {damage}"
+        text += f"; {damage}"
     mission = preamble.mission
     return Recording(
         path,
@@ -379,10 +393,11 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
         else Mission(np.array(mission.waypoints), np.array(mission.speeds), mission.t_start, mission.index),
         LocalFrame(preamble.origin_latitude, preamble.origin_longitude),
         not damage,
-        message,
+        text,
         steps,
         t_start,
         t_end,
+        summary,
         chunks,
     )
 
@@ -410,6 +425,13 @@ def _read_chunks(file: IO[bytes], path: Path) -> tuple[list[Chunk], str]:
     if finished:
         return chunks, "the index at the file's end is damaged, which loses no step"
     return chunks, f"the file is torn or damaged at byte {file.tell()}: the recording ends there"
+
+
+def _json(message: Message, path: Path) -> dict[str, Any]:
+    try:
+        return msgspec.json.decode(message.data, type=dict[str, Any])
+    except msgspec.DecodeError as error:
+        raise InputError(f"{path}: the summary inside cannot be read ({error})") from error
 
 
 def _read_preamble(chunks: list[Chunk], path: Path) -> _Preamble:

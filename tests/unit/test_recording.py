@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from mcap.reader import make_reader
-from tests.made_runs import FRAME, MISSION, made_steps
 
+from tests.made_runs import FRAME, MISSION, made_steps
 from wideberth.errors import InputError
 from wideberth.recording import Recorder, read_recording
 from wideberth.recording_codec import encode
@@ -52,6 +52,18 @@ def test_every_step_comes_back_to_the_last_bit(tmp_path):
         assert np.array_equal(truth.positions, wrote_truth.positions)
 
 
+def test_the_summary_of_a_finished_run_comes_back(tmp_path):
+    summary = {"nmac_count": 0, "min_horizontal_separation_m": 123.456789012345678, "notes": ["a"], "x": None}
+    with Recorder(tmp_path / "a.mcap", {}, mission=None, frame=FRAME) as recorder:
+        for snapshot, scans, truth in made_steps(25, 1):
+            recorder.write(snapshot, scans, truth)
+        recorder.write_summary(summary)
+    recording = read_recording(tmp_path / "a.mcap")
+    assert recording.summary == summary and recording.step_count == 25
+    write(tmp_path / "b.mcap", 5)
+    assert read_recording(tmp_path / "b.mcap").summary is None
+
+
 def test_infinities_nan_and_signs_of_zero_survive(tmp_path):
     snapshot, scans, _ = next(iter(made_steps(1, 2)))
     odd = np.array([[-0.0, math.nan, math.inf], [0.0, 5e-324, -math.inf], [1.0, math.nan, 1e308]])
@@ -88,7 +100,7 @@ def test_other_mcap_readers_see_channels_and_schemas(tmp_path):
     write(tmp_path / "a.mcap", 12)
     with (tmp_path / "a.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
-    assert {c.topic for c in summary.channels.values()} == {"scenario", "inputs", "snapshot", "truth"}
+    assert {c.topic for c in summary.channels.values()} == {"scenario", "inputs", "snapshot", "truth", "summary"}
     texts = {s.name: s.data.decode() for s in summary.schemas.values()}
     assert "covariance: array of float64" in texts["wideberth.snapshot"]
     assert "little-endian float64" in texts["wideberth.inputs"]

@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from tests.made_runs import MISSION, made_steps
 
+from tests.made_runs import MISSION, made_steps
 from wideberth.conflict.well_clear import PRESETS, WellClearVolume, violation
 from wideberth.evaluation.metrics import COLLISION, RunMetrics
 from wideberth.evaluation.reversals import ReversalCounter, commanded_signs

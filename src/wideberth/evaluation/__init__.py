@@ -1,0 +1,1 @@
+"""Evaluation: scores, reports, and the search for missions that meet traffic."""

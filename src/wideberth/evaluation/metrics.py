@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.conflict.well_clear import PRESETS, WellClearVolume, violation
 from wideberth.evaluation.reversals import ReversalCounter
+from wideberth.simulation.config import EvaluationConfig
 from wideberth.simulation.truth import Truth
 from wideberth.types import AlertLevel, Mission, Snapshot
 from wideberth.units import FOOT
@@ -52,6 +53,7 @@ class RunMetrics:
         horizontal_miss_filter: bool = False,
     ) -> None:
         own = presets[well_clear_volume] if isinstance(well_clear_volume, str) else well_clear_volume
+        self._well_clear_name = next((name for name, volume in presets.items() if volume == own), None)
         self.horizontal_miss_filter = horizontal_miss_filter
         self._presets = tuple(presets)
         self._volumes = {**presets, COLLISION: collision_volume, WELL_CLEAR: own}
@@ -75,6 +77,15 @@ class RunMetrics:
         self._worst_alert = AlertLevel.CLEAR
         self._unknown_steps = 0
         self._callsigns: dict[str, str] = {}
+
+    @classmethod
+    def of(cls, config: EvaluationConfig) -> Self:
+        """Return the scores that a scenario's ``evaluation`` table asks for."""
+        chosen = config.collision_volume
+        collision = (
+            PRESETS[chosen] if isinstance(chosen, str) else WellClearVolume(chosen.radius_m, chosen.half_height_m)
+        )
+        return cls(collision, config.well_clear_volume, horizontal_miss_filter=config.horizontal_miss_filter)
 
     def update(self, t: float, own_position: FloatArray, own_velocity: FloatArray, truth: Truth | None) -> None:
         """Score the true states of one step.
@@ -231,6 +242,7 @@ class RunMetrics:
             "mission_completed": bool(mission_completed),
             "step_time_ms": _milliseconds(self._step_times),
             "seed": seed,
+            "well_clear_volume": self._well_clear_name or "own",
             "horizontal_miss_filter": self.horizontal_miss_filter,
             "duration_s": self._t_last - self._t_first if self._step_times or known else None,
             "start_time_s": self._t_first,
@@ -241,6 +253,10 @@ class RunMetrics:
             "unknown_alert_steps": self._unknown_steps,
             "least_bad_maneuvers": self._least_bad,
             "sensors": self._sensors,
+            "volumes": {
+                name: {"dthr_m": v.dthr, "zthr_m": v.zthr, "tthr_s": v.tthr, "tcoa_s": v.tcoa}
+                for name, v in self._volumes.items()
+            },
             "rejections": {name: sensor["rejects"] for name, sensor in self._sensors.items()},
             "per_intruder": self._per_intruder(),
             "notes": notes,

@@ -1,0 +1,314 @@
+"""The page of a report: one HTML file that asks nothing of the network."""
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import Any
+
+from wideberth.evaluation.flight_log import Encounter, FlightLog
+from wideberth.evaluation.report_style import VOLUME_NAMES, clock, css_variables
+
+_EVENTS_MAX = 400
+_INTRUDERS_MAX = 25
+
+_STYLE = """
+:root{--font:system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;--page:#eef1f5;--card:#fdfdfe;
+--ink:#1b2430;--muted:#5b6675;--line:#dde2e8;--good:#0f6b4f;--goodbg:#e2f3ec;--warn:#8a4b08;--warnbg:#fbeedb;
+--bad:#9b1c1c;--badbg:#fbe5e3;--accent:#0b5cad;LIGHT}
+@media (prefers-color-scheme:dark){:root{--page:#0e131a;--card:#151b23;--ink:#e8ecf1;--muted:#a7b1bd;--line:#2c3541;
+--good:#6fd3ae;--goodbg:#12302a;--warn:#f0b866;--warnbg:#38290f;--bad:#ff9d94;--badbg:#3d1a1a;--accent:#6cb2f5;DARK}}
+*{box-sizing:border-box}html{color-scheme:light dark}
+body{margin:0;background:var(--page);color:var(--ink);font:15px/1.5 var(--font)}
+main{max-width:1120px;margin:0 auto;padding:28px 20px 60px}
+header h1{font-size:25px;line-height:1.25;margin:0 0 2px;letter-spacing:-.01em}header p{margin:0;color:var(--muted)}
+.verdict{margin:18px 0;padding:16px 20px;border-radius:12px;display:flex;gap:16px;align-items:center}
+.verdict b{display:block;font-size:19px;line-height:1.3}.verdict svg{flex:none;width:38px;height:38px}
+.good{background:var(--goodbg);color:var(--good)}.warn{background:var(--warnbg);color:var(--warn)}
+.bad{background:var(--badbg);color:var(--bad)}
+.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(160px,1fr));gap:12px;margin:0 0 18px}
+.tile,section{background:var(--card);border:1px solid var(--line);border-radius:12px}
+.tile{padding:12px 15px}.tile span{display:block;color:var(--muted);font-size:13px}
+.tile b{font-size:20px;font-variant-numeric:tabular-nums;font-weight:650}
+.tile small{color:var(--muted);font-size:12.5px}
+section{padding:16px 20px 18px;margin:0 0 18px}section h2{font-size:16.5px;margin:0 0 4px}
+section>p{margin:0 0 8px;color:var(--muted);font-size:14px}section>svg{display:block;width:100%;height:auto}
+table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}
+th{text-align:left;font-weight:600;color:var(--muted);font-size:13px;vertical-align:bottom}
+td.n,th{white-space:nowrap}
+th,td{padding:6px 12px 6px 0;border-bottom:1px solid var(--line)}tr:last-child td{border-bottom:0}
+td.n,th.n{text-align:right}td.lost{color:var(--bad);font-weight:600}.scroll{overflow-x:auto}
+ol{list-style:none;margin:6px 0 0;padding:0;max-height:430px;overflow-y:auto}
+li{display:grid;grid-template-columns:64px 1fr;gap:10px;padding:5px 0;border-bottom:1px solid var(--line)}
+li:last-child{border:0}li time{color:var(--muted);font-variant-numeric:tabular-nums;text-align:right}
+li.m{font-weight:600}li.m time{color:inherit}
+.two{display:grid;grid-template-columns:1fr 1fr;gap:18px}.two section{margin:0}.two{margin-bottom:18px}
+@media (max-width:800px){.two{grid-template-columns:1fr}}
+footer{color:var(--muted);font-size:13px}@media print{body{background:none}ol{max-height:none}}
+"""
+_MARKS = {
+    "good": '<path d="M11 20.5l6 6 11-13" fill="none" stroke="currentColor" stroke-width="3.4" stroke-linecap="round"'
+    ' stroke-linejoin="round"/>',
+    "warn": '<path d="M19 10v12" stroke="currentColor" stroke-width="3.6" stroke-linecap="round"/>'
+    '<circle cx="19" cy="28" r="2.3" fill="currentColor"/>',
+    "bad": '<path d="M12.5 12.5l13 13m0-13l-13 13" stroke="currentColor" stroke-width="3.6" stroke-linecap="round"/>',
+}
+
+
+def verdict(summary: Mapping[str, Any]) -> tuple[str, str, str]:
+    """Return how a run went: ``good``, ``warn`` or ``bad``, a headline and a sentence, in plain words."""
+    nmac, losses = summary.get("nmac_count"), summary.get("loss_of_well_clear_count")
+    volume, done = _volume_name(summary), summary.get("mission_completed")
+    mission = "The mission was completed." if done else "The mission was not completed."
+    if nmac is None or losses is None:
+        return "warn", "Separation not scored", f"Nobody knows where the other aircraft truly were. {mission}"
+    intruders = summary.get("intruders") or 0
+    traffic = f"{_count(intruders, 'aircraft', 'aircraft')} around"
+    if nmac:
+        headline = f"{_count(nmac, 'near mid-air collision', 'near mid-air collisions')}"
+        lost = f"Well clear ({volume}) was lost to {losses} of {traffic}. " if losses else ""
+        return "bad", headline, lost + mission
+    if losses:
+        headline = f"Well clear lost {_count(losses, 'time', 'times')}, no near mid-air collision"
+        return "warn", headline, f"Volume: {volume}; {traffic}. {mission}"
+    headline = "Well clear of all traffic" if done else "Well clear of all traffic, mission not completed"
+    return (
+        ("good" if done else "warn"),
+        headline,
+        f"No loss of {volume}, no near mid-air collision; {traffic}. {mission}",
+    )
+
+
+def _volume_name(summary: Mapping[str, Any]) -> str:
+    name = str(summary.get("well_clear_volume", "own"))
+    return "the scenario's own volume" if name == "own" else VOLUME_NAMES.get(name, name)
+
+
+def _count(number: int, one: str, many: str) -> str:
+    return f"{number} {one if number == 1 else many}"
+
+
+def page(
+    title: str,
+    subtitle: str,
+    summary: Mapping[str, Any],
+    log: FlightLog,
+    near: Sequence[Encounter],
+    pictures: Mapping[str, str],
+    notes: Sequence[str],
+) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    title, subtitle : str
+    summary : mapping
+        As `RunMetrics.summary` makes it.
+    log : FlightLog
+    near : sequence of Encounter
+    pictures : mapping of str to str
+        Inline SVG: ``map``, ``altitude``, ``separation``, ``timeline``.
+    notes : sequence of str
+        What the reader must know, in words.
+    """
+    state, headline, sentence = verdict(summary)
+    style = _STYLE.replace("LIGHT", css_variables(dark=False)).replace("DARK", css_variables(dark=True))
+    others = len(log.aircraft()) - len(near)
+    faint = (
+        f" {_count(others, 'other aircraft', 'other aircraft')} stayed farther away and are drawn faint."
+        if others
+        else ""
+    )
+    return f"""<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
+<title>{escape(title)}</title><style>{style}</style></head><body><main>
+<header><h1>{escape(title)}</h1><p>{escape(subtitle)}</p></header>
+<div class="verdict {state}"><svg viewBox="0 0 38 38" aria-hidden="true"><circle cx="19" cy="19" r="17.4" fill="none"
+ stroke="currentColor" stroke-width="2.4"/>{_MARKS[state]}</svg><div><b>{escape(headline)}</b>{
+        escape(sentence)
+    }</div></div>
+{_tiles(summary, log)}
+{
+        _section(
+            "Map",
+            "North is up. Numbers along the ownship's path are minutes and seconds since the start." + faint,
+            pictures["map"],
+        )
+    }
+<div class="two">{_decisions(log)}{_volumes(summary)}</div>
+{
+        _section(
+            "Separation",
+            "Each aircraft that came near; shaded while it is inside both distances of a volume.",
+            pictures["separation"],
+        )
+    }
+{_section("Altitude", "The dot marks the closest approach of each aircraft.", pictures["altitude"])}
+{_section("Alerts", "How serious each threat looked to the ownship; bars grow with the level.", pictures["timeline"])}
+{_intruders(summary, log)}
+<div class="two">{_sensors(log)}{_times(summary, log)}</div>
+{_notes(notes)}
+</main></body></html>
+"""
+
+
+def _section(title: str, text: str, body: str) -> str:
+    return f"<section><h2>{escape(title)}</h2>{f'<p>{escape(text)}</p>' if text else ''}{body}</section>"
+
+
+def _number(value: float | None, unit: str = "", digits: int = 0) -> str:
+    return "–" if value is None else f"{value:,.{digits}f}{unit}"
+
+
+def _tiles(summary: Mapping[str, Any], log: FlightLog) -> str:
+    get = summary.get
+    horizontal, vertical = get("min_horizontal_separation_m"), get("min_vertical_separation_m")
+    closest = get("closest_intruder")
+    flown, planned = get("path_length_m"), get("mission_path_length_m")
+    longer = f"the mission's path: {planned / 1000:,.1f} km" if planned else ""
+    tiles = [
+        (
+            "closest approach",
+            f"{_number(horizontal, ' m')} / {_number(vertical, ' m')}" if horizontal is not None else "–",
+            f"horizontal / vertical, {log.label(closest)}" if closest else "",
+        ),
+        ("near mid-air collisions", _number(get("nmac_count")), "within 500 ft and 100 ft"),
+        ("losses of well clear", _number(get("loss_of_well_clear_count")), _volume_name(summary)),
+        (
+            "maneuvers",
+            _number(get("maneuvers")),
+            f"{_number(get('reversals'))} reversals, {_number(get('alerts'))} alerts",
+        ),
+        ("path flown", _number(flown / 1000 if flown else None, " km", 1), longer),
+        (
+            "time",
+            clock(log.own.t[-1] - log.own.t[0]) if log.own.rows else "–",
+            f"{_count(get('intruders') or 0, 'aircraft', 'aircraft')} around",
+        ),
+    ]
+    cells = "".join(
+        f'<div class="tile"><span>{escape(name)}</span><b>{escape(value)}</b><br><small>{escape(more)}</small></div>'
+        for name, value, more in tiles
+    )
+    return f'<div class="tiles">{cells}</div>'
+
+
+def _decisions(log: FlightLog) -> str:
+    if not log.own.rows:
+        return ""
+    t0 = log.own.rows[0][0]
+    items = [(t, text, False) for t, text in log.events]
+    told = " ".join(text for _, text in log.events)
+    items += [(m.t_start, m.maneuver.reason, True) for m in log.maneuvers if m.maneuver.reason not in told]
+    items = [
+        (t, text, main or any(m.maneuver.reason and m.maneuver.reason in text for m in log.maneuvers))
+        for t, text, main in items
+    ]
+    items.sort(key=lambda item: item[0])
+    if not items:
+        return _section("Decisions", "Nothing had to be decided.", "")
+    rows = "".join(
+        f"<li{' class=m' if main else ''}><time>{clock(t - t0)}</time><span>{escape(text)}</span></li>"
+        for t, text, main in items[:_EVENTS_MAX]
+    )
+    text = f"{_count(len(items), 'event', 'events')}; maneuvers in bold."
+    if len(items) > _EVENTS_MAX:
+        text += f" The first {_EVENTS_MAX} are shown; the recording holds all."
+    return _section("Decisions", text, f"<ol>{rows}</ol>")
+
+
+def _volumes(summary: Mapping[str, Any]) -> str:
+    volumes, counts = summary.get("volumes", {}), dict(summary.get("loss_of_well_clear_by_volume", {}))
+    names = {**VOLUME_NAMES, "collision_volume": "scenario's collision volume"}
+    counts["collision_volume"] = summary.get("violation_count")
+    rows = []
+    for key, count in counts.items():
+        v = volumes.get(key, {})
+        size = f"{v['dthr_m']:,.0f} m, ±{v['zthr_m']:,.0f} m" if v else ""
+        times = ", ".join(f"{v[k]:g} s" for k in ("tthr_s", "tcoa_s") if v.get(k))
+        mark = " ★" if key == summary.get("well_clear_volume") else ""
+        rows.append(
+            f"<tr><td>{escape(f'{names.get(key, key)}{mark}')}</td>"
+            f"<td>{escape(', '.join(part for part in (size, times) if part))}</td>"
+            f'<td class="n{" lost" if count else ""}">{_number(count)}</td></tr>'
+        )
+    filter_text = (
+        "Only pairs whose projected miss distance is within the horizontal threshold count."
+        if summary.get("horizontal_miss_filter")
+        else "No filter on the projected miss distance."
+    )
+    table = f'<table><tr><th>volume</th><th>size</th><th class="n">aircraft</th></tr>{"".join(rows)}</table>'
+    text = f"Aircraft that were inside each volume at least once, on true states; ★ the scenario's own. {filter_text}"
+    return _section("Losses by volume", text, table)
+
+
+def _intruders(summary: Mapping[str, Any], log: FlightLog) -> str:
+    rows = summary.get("per_intruder", [])
+    if not rows:
+        return ""
+    t0 = summary.get("start_time_s") or 0.0
+    names = list(summary.get("loss_of_well_clear_by_volume", {}))
+    head = "".join(f'<th class="n">{escape(VOLUME_NAMES.get(n, n).replace(" (ADS-B paper)", ""))}</th>' for n in names)
+    body = []
+    for row in rows[:_INTRUDERS_MAX]:
+        losses = row["first_loss_time_s"]
+        cells = "".join(
+            f'<td class="n lost">{clock(losses[n] - t0)}</td>' if n in losses else '<td class="n">–</td>' for n in names
+        )
+        body.append(
+            f"<tr><td><b>{escape(row['callsign'] or log.label(row['id']))}</b></td><td>{escape(row['id'])}</td>"
+            f'<td class="n">{clock(row["closest_time_s"] - t0)}</td>'
+            f'<td class="n">{_number(row["horizontal_separation_m"], " m")}</td>'
+            f'<td class="n">{_number(row["vertical_separation_m"], " m")}</td>'
+            f'<td class="n">{row["alerts"]}</td>{cells}</tr>'
+        )
+    text = (
+        "Closest approach: the least of the larger of horizontal / 500 ft and vertical / 100 ft. First losses as times."
+    )
+    if len(rows) > _INTRUDERS_MAX:
+        text += f" The closest {_INTRUDERS_MAX} of {len(rows)}; summary.json has all."
+    table = (
+        '<div class="scroll"><table><tr><th>aircraft</th><th>address</th><th class="n">closest at</th>'
+        f'<th class="n">horizontal</th><th class="n">vertical</th><th class="n">alerts</th>{head}</tr>'
+        f"{''.join(body)}</table></div>"
+    )
+    return _section("Aircraft", text, table)
+
+
+def _sensors(log: FlightLog) -> str:
+    rows = []
+    for name, health in log.sensors.items():
+        rejects = ", ".join(f"{cause}: {count:,}" for cause, count in health.rejects.items() if count) or "none"
+        rate = f"{health.rate:,.1f} a second"
+        rows.append(
+            f"<tr><td><b>{escape(name)}</b></td><td>{escape(health.state)}</td><td>{rate}</td><td>{escape(rejects)}</td></tr>"
+        )
+    if not rows:
+        return _section("Sensors", "No sensor reported its health.", "")
+    table = f"<table><tr><th>sensor</th><th>state</th><th>messages</th><th>rejected</th></tr>{''.join(rows)}</table>"
+    return _section("Sensors", "At the end of the run.", table)
+
+
+def _times(summary: Mapping[str, Any], log: FlightLog) -> str:
+    step = summary.get("step_time_ms") or {}
+    rows = [
+        f'<tr><td>whole step</td><td class="n">{_number(step.get("mean"), " ms", 2)}</td>'
+        f'<td class="n">{_number(step.get("p95"), " ms", 2)}</td>'
+        f'<td class="n">{_number(step.get("max"), " ms", 2)}</td></tr>'
+    ]
+    for stage in log.stage_times[0] if log.stage_times else ():
+        values = sorted(1e3 * times.get(stage, 0.0) for times in log.stage_times)
+        mean, p95 = sum(values) / len(values), values[min(len(values) - 1, int(0.95 * len(values)))]
+        rows.append(
+            f'<tr><td>{escape(stage)}</td><td class="n">{mean:.2f} ms</td><td class="n">{p95:.2f} ms</td>'
+            f'<td class="n">{values[-1]:.2f} ms</td></tr>'
+        )
+    table = (
+        '<table><tr><th>stage</th><th class="n">mean</th><th class="n">95 %</th><th class="n">most</th></tr>'
+        f"{''.join(rows)}</table>"
+    )
+    return _section("Step times", f"{_count(summary.get('steps') or 0, 'step', 'steps')}, CPU time of each.", table)
+
+
+def _notes(notes: Sequence[str]) -> str:
+    if not notes:
+        return ""
+    return f"<footer>{''.join(f'<p>{escape(note)}</p>' for note in notes)}</footer>"

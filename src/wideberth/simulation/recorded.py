@@ -28,8 +28,8 @@ SMOOTHING_HALF_WIDTH = 3.0  # s
 SLOPE_HALF_WIDTH = 5.0  # s, for velocities from positions
 HOVER_SPEED = 2.0  # m/s, below which a repeated position can be true
 JUMP_SPEED, JUMP_DISTANCE = 350.0, 500.0  # m/s and m: farther between two reports is no flight
-SPIKE_HEIGHT = 75.0  # m off the running median
-SPIKE_SAMPLES = 21  # of the running median
+SPIKE_HEIGHT = 50.0  # m off the running median
+SPIKE_SAMPLES = 15  # of the running median: a reversal of 14 m/s at 1 Hz stays below the height
 CLIMB_MAX = 100.0  # m/s, for a segment's ends, where there is no median
 VELOCITY_AGE_MAX = 10.0  # s, from a position to the nearest reported velocity
 

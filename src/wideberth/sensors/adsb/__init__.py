@@ -1,0 +1,1 @@
+"""ADS-B: recorded and live traffic to scans, and the error model of simulated traffic."""

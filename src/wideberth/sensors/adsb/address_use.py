@@ -7,6 +7,7 @@ _EARTH_RADIUS = 6371000.0
 MAX_SPEED = 700.0  # m/s, faster than any aircraft that takes part in traffic
 MARGIN = 1500.0  # m, for errors of position and of the time of receipt
 CONFIRMATIONS = 3  # positions that agree with each other before a second place is believed
+CANDIDATES = 3  # places on trial at a time
 FORGET_AFTER = 60.0  # s without a position after which the second user of an address is forgotten
 
 
@@ -39,12 +40,12 @@ class AddressUse:
 
     timed: bool = True
     places: list[Place] = field(default_factory=list)
-    _candidate: Place | None = None
+    _candidates: list[Place] = field(default_factory=list)
 
     def assign(self, t: float, latitude: float, longitude: float) -> int | None:
         """Return which user (0 or 1) a position (rad) belongs to; None if it is too far from all of them.
 
-        A place that no known user can have reached is believed after some positions in a row agree on it: as a second
+        A place that no known user can have reached is believed after some positions that agree on it: as a second
         user if the first was heard in its own place meanwhile, else as the place where the aircraft really is.
         """
         places = self.places
@@ -61,16 +62,16 @@ class AddressUse:
         if not places:
             places.append(Place(t, latitude, longitude, t))
             return 0
-        candidate = self._candidate
-        if candidate is None or not self._reachable(
-            candidate, t, distance(candidate.latitude, candidate.longitude, latitude, longitude)
-        ):
-            self._candidate = Place(t, latitude, longitude, t)
+        for candidate in self._candidates:
+            if self.plausible(candidate, t, latitude, longitude):
+                break
+        else:
+            self._candidates = [*self._candidates[1 - CANDIDATES :], Place(t, latitude, longitude, t)]
             return None
         _move(candidate, t, latitude, longitude)
         if candidate.count < CONFIRMATIONS:
             return None
-        self._candidate = None
+        self._candidates.remove(candidate)
         if len(places) == 1 and places[0].t > candidate.t_first:
             places.append(candidate)
             return 1

@@ -4,10 +4,11 @@ import math
 from dataclasses import replace
 
 from wideberth.sensors.adsb import cpr
-from wideberth.sensors.adsb.address_use import AddressUse
+from wideberth.sensors.adsb.address_use import MAX_SPEED, AddressUse, distance
 from wideberth.types import SourceInfo
 
 PAIR_AGE = 10.0  # s between an even and an odd message of one pair (DO-260B, A.1.7.7)
+PAIR_MARGIN = 300.0  # m that the halves of a pair may lie apart beyond what the aircraft flew between them
 REFERENCE_AGE = 120.0  # s after which the last position is no reference for local decoding any more
 ALTITUDE_AGE = 5.0  # s after which a pressure altitude is too old to add the geometric difference to
 
@@ -54,7 +55,7 @@ class AircraftState:
     def locate(self, t: float, lat: int, lon: int, *, odd: bool) -> tuple[int, float, float] | str:
         """Resolve a CPR position.
 
-        First locally about the last position of each user of the address, then globally with the other half of the pair.
+        First locally about the last position of each user of the address, then globally with the pair's other half.
 
         Returns
         -------
@@ -62,10 +63,6 @@ class AircraftState:
             User of the address, latitude and longitude (rad); or why there is no position: ``"unresolved"`` (no
             reference and no fresh other half) or ``"jump"`` (too far from where the aircraft was).
         """
-        if odd:
-            self._odd = (t, lat, lon)
-        else:
-            self._even = (t, lat, lon)
         use = self.use
         implausible = False
         for place in use.places:
@@ -76,13 +73,33 @@ class AircraftState:
                 if found is not None and use.plausible(place, t, math.radians(found[0]), math.radians(found[1])):
                     return self._assign(t, found)
                 implausible = True
+        # Only halves that fit nobody are kept: those of a second user of the address must find each other.
+        if odd:
+            self._odd = (t, lat, lon)
+        else:
+            self._even = (t, lat, lon)
         even, other = self._even, self._odd
         if even is None or other is None or abs(even[0] - other[0]) > PAIR_AGE:
             return "jump" if implausible else "unresolved"
         pair = cpr.decode_global(even[1], even[2], other[1], other[2], latest_is_odd=odd)
-        if pair is None:
-            return "unresolved"
+        if pair is None or not self._belongs(pair, even if odd else other, half_is_odd=not odd, t=t):
+            return "jump" if implausible else "unresolved"
+        self._even = self._odd = None
         return self._assign(t, pair)
+
+    def _belongs(
+        self, position: tuple[float, float], half: tuple[float, int, int], *, half_is_odd: bool, t: float
+    ) -> bool:
+        """Return whether the other half of a pair lies where the aircraft can have been before it was at its position.
+
+        Halves of two aircraft that use one address give some position anywhere; they rarely fit together so well.
+        """
+        latitude, longitude = position
+        found = cpr.decode_local(half[1], half[2], odd=half_is_odd, latitude=latitude, longitude=longitude)
+        if found is None or not self.use.timed:
+            return found is not None
+        apart = distance(*map(math.radians, (latitude, longitude, *found)))
+        return apart <= MAX_SPEED * abs(t - half[0]) + PAIR_MARGIN
 
     def _assign(self, t: float, position: tuple[float, float]) -> tuple[int, float, float] | str:
         latitude, longitude = math.radians(position[0]), math.radians(position[1])

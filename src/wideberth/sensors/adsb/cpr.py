@@ -1,7 +1,7 @@
 """Compact position reporting of airborne positions: global decoding from a pair, local decoding about a reference.
 
-RTCA DO-260B, appendix A, A.1.7 (17-bit encoding, 15 latitude zones per quadrant). Latitudes and longitudes in degrees, as
-the algorithm is defined in degrees.
+RTCA DO-260B, appendix A, A.1.7 (17-bit encoding, 15 latitude zones per quadrant). Latitudes and longitudes are in
+degrees, as the algorithm is defined in them.
 """
 
 import math

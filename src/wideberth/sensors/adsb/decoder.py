@@ -1,4 +1,4 @@
-"""Mode S frames to reports: rs1090 decodes the messages, this keeps the state between them and counts every frame once."""
+"""Mode S frames to reports: rs1090 decodes the messages, this keeps state between them and counts each frame once."""
 
 import math
 from collections import Counter
@@ -38,8 +38,8 @@ class ModeSDecoder:
 
     Notes
     -----
-    The altitudes of surveillance and air-air replies are not used: they are no ADS-B, and the position messages carry the
-    same altitude. Of Comm-B only the identity code and the ACAS advisory (BDS 3,0) are used.
+    The altitudes of surveillance and air-air replies are not used: they are no ADS-B, and the position messages carry
+    the same altitude. Of Comm-B only the identity code and the ACAS advisory (BDS 3,0) are used.
     """
 
     def __init__(self, *, timed: bool = True) -> None:

@@ -96,8 +96,9 @@ class JsonFrameReader(FrameReader):
 class AvrReader(FrameReader):
     """AVR text: ``*frame;``, ``:frame;``, ``@ticks frame;``, ``%ticks frame;``, ``<ticks signal frame;``.
 
-    The ticks are of 12 MHz; time 0 is the first of them, and a counter that starts anew goes on from the last time. Where
-    there are none, messages are taken to come every `NOMINAL_INTERVAL` s, and speeds between positions are not judged.
+    The ticks are of 12 MHz; time 0 is the first of them, and a counter that starts anew goes on from the last time.
+    Where there are none, messages are taken to come every `NOMINAL_INTERVAL` s; speeds between positions are then not
+    judged.
     """
 
     _PATTERN = re.compile(r"(?:[*:]|[@%]([0-9A-Fa-f]{12})|<([0-9A-Fa-f]{12})[0-9A-Fa-f]{2})((?:[0-9A-Fa-f]{2})+);")

@@ -1,4 +1,4 @@
-"""State of one aircraft for sources that give decoded positions: what it said of itself, and repeats of its last report."""
+"""One aircraft of a source that gives decoded positions: what it said of itself, and repeats of its last report."""
 
 import math
 from collections import Counter
@@ -59,7 +59,7 @@ class GeodeticAircraft:
             if len(self.use.places) > 1:
                 self.results["whose of two aircraft with one address is unknown"] += 1
                 return None
-            fresh = values
+            fresh: tuple[float, ...] = values
         elif position == self._position:
             self.results["repeated positions"] += 1
             fresh = tuple(new if new != old else math.nan for new, old in zip(values, self._values, strict=True))
@@ -78,4 +78,16 @@ class GeodeticAircraft:
         self._values = tuple(old if math.isnan(new) else new for new, old in zip(values, self._values, strict=True))
         if math.isnan(latitude) and all(math.isnan(value) for value in fresh):
             return None
-        return AdsbReport(t, identity(self.address, user), latitude, longitude, *fresh, info=self.info)
+        pressure_altitude, geometric_altitude, north, east, up = fresh
+        return AdsbReport(
+            t,
+            identity(self.address, user),
+            latitude,
+            longitude,
+            pressure_altitude,
+            geometric_altitude,
+            north,
+            east,
+            up,
+            info=self.info,
+        )

@@ -1,6 +1,7 @@
 """Fields of Mode S messages that the decoding library does not give (or not for all encodings), from the frame's bits.
 
-Frames are integers. Bits of the 56-bit message field (ME, MV, MB) are numbered 1 to 56 as in RTCA DO-260B and ICAO Annex 10.
+Messages are the 56-bit field of a long frame (ME, MV, MB) as an integer, its bits numbered 1 to 56 as in RTCA DO-260B
+and ICAO Annex 10.
 """
 
 import math
@@ -37,7 +38,7 @@ def emergency_state(message: int) -> str:
 
 
 def advisory_active(message: int, first: int) -> bool:
-    """Return whether a resolution advisory is on: its 14 bits start at bit `first`, terminated and multiple follow the RAC.
+    """Return whether a resolution advisory is on whose 14 bits start at bit `first`.
 
     ICAO Annex 10 Volume IV, 4.3.8.4.2.2: ARA (14 bits), RAC (4), RA terminated (1), multiple threats (1).
     """
@@ -114,7 +115,7 @@ class OperationalStatus:
 
 
 def operational_status(message: int) -> OperationalStatus:
-    """Decode an operational status message (DO-260B, 2.2.3.2.7.2; version 1: DO-260A). Unknown versions say only that."""
+    """Decode an operational status message (DO-260B, 2.2.3.2.7.2; version 1: DO-260A)."""
     version, surface = bits(message, 41, 3), bits(message, 6, 3) == 1
     if version not in (1, 2):
         return OperationalStatus(version)

@@ -1,10 +1,11 @@
 """What the integrity and accuracy codes of the versions of ADS-B mean, and the codes of size and emitter category.
 
-RTCA DO-260B: tables 2-70 (NIC), N-4 and N-5 (version 0 to NIC and NACp), 2-74 (length and width), 2.2.3.2.5.2 (category).
+RTCA DO-260B: 2.2.3.2.7.2.6 (NIC), appendix N (version 0 to NIC and NACp), 2.2.3.2.7.2.11 (length and width),
+2.2.3.2.5.2 (category).
 """
 
 _NIC_PLAIN = {9: 11, 10: 10, 12: 7, 13: 6, 14: 5, 15: 4, 17: 1, 20: 11, 21: 10}
-# NUCp -> (NIC, NACp): the containment radius and the 95 % error that each NUCp promises, rounded towards the worse code.
+# NUCp -> (NIC, NACp): containment radius and 95 % error that each NUCp promises, rounded towards the worse code.
 _NUCP = {9: (11, 11), 8: (10, 10), 7: (8, 8), 6: (7, 7), 5: (6, 6), 4: (5, 5), 3: (4, 4), 2: (1, 1), 1: (1, 1)}
 _SIZES = (
     None,

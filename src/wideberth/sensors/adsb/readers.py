@@ -5,6 +5,8 @@ from typing import Protocol
 
 from wideberth.sensors.adsb.report import AdsbReport
 
+_BLANK = " \t\r\n\f\v\0"  # zeros are what a power cut leaves at the end of a log
+
 
 class Reader(Protocol):
     """Turns a stream of bytes, cut anywhere, into reports."""
@@ -54,9 +56,9 @@ class LineSplitter:
         if len(self._rest) > self.MAX_LINE:
             lines.append(self._rest)
             self._rest = b""
-        return [text for line in lines if (text := line.decode("latin-1").strip())]
+        return [text for line in lines if (text := line.decode("latin-1").strip(_BLANK))]
 
     def rest(self) -> list[str]:
         """Return the last line, which has no end, and forget it."""
-        rest, self._rest = self._rest.decode("latin-1").strip(), b""
+        rest, self._rest = self._rest.decode("latin-1").strip(_BLANK), b""
         return [rest] if rest else []

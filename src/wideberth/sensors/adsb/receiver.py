@@ -29,8 +29,9 @@ class AdsbReceiver:
 
     Notes
     -----
-    Altitudes are pressure altitudes; the geometric altitude is used only of aircraft that give no other, as the two differ
-    by hundreds of feet and must not take turns. Velocities are turned into the local frame at the aircraft's last position.
+    Altitudes are pressure altitudes; the geometric altitude is used only of aircraft that give no other, as the two
+    differ by hundreds of feet and must not take turns. Velocities are turned into the local frame at the aircraft's
+    last position.
     """
 
     Config = AdsbReceiverConfig

@@ -31,8 +31,8 @@ _TRUE = ("1", "-1")
 class SbsReader:
     """Reader of SBS lines.
 
-    The time of a message is its date and time generated (taken as UTC), else logged, else the counter in front of the line
-    after the time of the last START line, else messages are taken to come every `NOMINAL_INTERVAL` s from 0 on.
+    The time of a message is its date and time generated (taken as UTC), else logged, else the counter in front of the
+    line after the time of the last START line, else messages are taken to come every `NOMINAL_INTERVAL` s from 0 on.
     Altitudes of surveillance and air-air replies (types 5 to 7) are not used, like those of raw frames.
     """
 

@@ -1,4 +1,4 @@
-"""Decoded trajectories: a JSON list of rows with timestamp, icao24, latitude, longitude, altitude, groundspeed, track, ..."""
+"""Decoded trajectories: a JSON list of rows with timestamp, icao24, latitude, longitude, altitude, groundspeed, ..."""
 
 import json
 import math
@@ -19,8 +19,8 @@ class TrajectoryReader:
     """Reader of decoded trajectories.
 
     Keys of a row: `timestamp` (Unix ms), `icao24`, `latitude`, `longitude` (deg), `altitude` (pressure altitude, ft),
-    `geoaltitude` (ft), `groundspeed` (kt), `track` (deg), `vertical_rate` (ft/min), `onground`, `callsign`, `squawk`; null,
-    NaN or a missing key is "unknown". The rows are sorted by time, as such files list one aircraft after another.
+    `geoaltitude` (ft), `groundspeed` (kt), `track` (deg), `vertical_rate` (ft/min), `onground`, `callsign`, `squawk`;
+    null, NaN or a missing key is "unknown". The rows are sorted by time, as such files list one aircraft after another.
     """
 
     def __init__(self) -> None:
@@ -47,7 +47,7 @@ class TrajectoryReader:
         """The addresses heard."""
         return tuple(self._aircraft)
 
-    def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:  # noqa: ARG002 (a file has its own times)
+    def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:
         """Keep more bytes; all reports come at the end of the file."""
         self._data += data
         return []

@@ -1,6 +1,6 @@
 """The corridor as one step: scans in, decision out. No clock, no I/O, no globals."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from wideberth.tracking.lost_traffic import LostTraffic
@@ -11,6 +11,10 @@ LEVEL_HOLD = 3.0  # s that a threat must look better before its level falls
 
 class Tracker(Protocol):
     """What the pipeline needs of a tracker."""
+
+    @property
+    def counters(self) -> Mapping[str, int]:
+        """What happened how often, rejections by cause among them."""
 
     def step(self, t: float, scans: Sequence[Scan]) -> tuple[tuple[Track, ...], tuple[str, ...]]:
         """Return the tracks at time `t` and what happened, in words."""
@@ -97,6 +101,11 @@ class Pipeline:
         self._levels = AlertFilter(LEVEL_HOLD)
         self._counter = counter
         self._sensor_state: dict[str, str] = {}
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """The tracker's counters."""
+        return dict(self._tracker.counters)
 
     def step(self, t: float, ownship: Ownship, scans: Sequence[Scan], mission: Mission) -> Snapshot:
         """Take one step.

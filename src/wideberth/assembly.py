@@ -1,0 +1,136 @@
+"""From a checked scenario to the things that run: pipeline, world, traffic."""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from wideberth.config import ScenarioConfig
+from wideberth.errors import InputError
+from wideberth.frames import LocalFrame
+from wideberth.pipeline import Pipeline
+from wideberth.sensors.adsb.receiver import AdsbReceiver
+from wideberth.sensors.adsb.report import TrafficSource
+from wideberth.sensors.adsb.report_list import ReportList
+from wideberth.sensors.adsb.sources import open_traffic
+from wideberth.simulation.config import RecordedTrafficConfig, SimulatedTrafficConfig
+from wideberth.simulation.recorded import RecordedTraffic
+from wideberth.simulation.simulated import SimulatedTraffic
+from wideberth.simulation.truth import Truth
+from wideberth.simulation.world import ModelledSensor, Observer, Sensor, SimWorld, TruthSource
+from wideberth.types import FloatArray, Mission
+
+PRE_ROLL = 10.0  # s of reports before the mission's start that the receiver still gets
+
+
+class UnknownTraffic:
+    """The true states of live traffic, which nobody knows."""
+
+    def truth(self, t: float) -> Truth:
+        """Return no aircraft."""
+        return Truth.empty(t)
+
+
+@dataclass(frozen=True, slots=True)
+class Traffic:
+    """What flies around the ownship, and how it is seen.
+
+    Attributes
+    ----------
+    truth : TruthSource
+    sensors : tuple of Sensor
+    known : bool
+        Whether `truth` is the truth; False for live traffic.
+    source : TrafficSource or None
+        Where reports come from, None for simulated traffic.
+    end : float
+        No traffic after this time, s; infinite for simulated and live traffic.
+    """
+
+    truth: TruthSource
+    sensors: tuple[Sensor, ...]
+    known: bool
+    source: TrafficSource | None
+    end: float
+
+
+def build_pipeline(scenario: ScenarioConfig, counter: Callable[[], float]) -> Pipeline:
+    """Return the pipeline of a scenario; `counter` gives the CPU seconds for its stage times."""
+    planner = None
+    if scenario.avoid:
+        vehicle = scenario.ownship.target(scenario.ownship.config)
+        planner = scenario.avoidance.target(scenario.avoidance.config, vehicle.params)
+    return Pipeline(
+        tracker=scenario.tracker.target(scenario.tracker.config),
+        detector=scenario.detection.target(scenario.detection.config),
+        planner=planner,
+        lost_memory=getattr(scenario.avoidance.config, "ghost_s", 60.0),
+        counter=counter,
+    )
+
+
+def build_traffic(scenario: ScenarioConfig, mission: Mission, frame: LocalFrame, longest: float) -> Traffic:
+    """Return the traffic of a scenario.
+
+    Parameters
+    ----------
+    scenario : ScenarioConfig
+    mission : Mission
+        Its start is when traffic is wanted first.
+    frame : LocalFrame
+    longest : float
+        How long the run may last, s.
+
+    Raises
+    ------
+    InputError
+        If recorded traffic is not named, cannot be read, or has nothing at the time of the mission.
+    """
+    if isinstance(scenario.traffic, SimulatedTrafficConfig):
+        simulated = SimulatedTraffic(scenario.traffic, frame, mission.t_start, scenario.wind.vector())
+        model = scenario.sensor.target(scenario.sensor.config, scenario.seed, simulated.ids)
+        return Traffic(simulated, (ModelledSensor(model, simulated),), True, None, math.inf)
+    assert isinstance(scenario.traffic, RecordedTrafficConfig)
+    if scenario.traffic.path is None:
+        raise InputError("traffic.path: missing; name the recording or receiver with --traffic")
+    source = open_traffic(scenario.traffic.path, scenario.traffic.format)
+    if source.live:
+        receiver = AdsbReceiver(scenario.sensor.config, source, frame)
+        return Traffic(UnknownTraffic(), (receiver,), False, source, math.inf)
+    return _recorded(scenario, scenario.traffic, mission, frame, longest, source)
+
+
+def _recorded(
+    scenario: ScenarioConfig,
+    config: RecordedTrafficConfig,
+    mission: Mission,
+    frame: LocalFrame,
+    longest: float,
+    source: TrafficSource,
+) -> Traffic:
+    reports = source.poll(math.inf)
+    rejects = dict(source.health(math.inf).rejects)
+    times = np.array([report.t for report in reports])
+    if not times.size or mission.t_start > times.max() or mission.t_start + longest < times.min():
+        raise InputError(
+            f"traffic '{source.name}' has no report during the mission: it covers {times.min():.0f} to"
+            f" {times.max():.0f} s Unix time, the mission starts at {mission.t_start:.0f} s (start_time_s)"
+            if times.size
+            else f"traffic '{source.name}' holds no report"
+        )
+    window = [r for r in reports if mission.t_start - 60.0 <= r.t <= mission.t_start + longest + 60.0]
+    truth = RecordedTraffic(window, frame, config.max_gap_s)
+    heard = [r for r in window if r.t >= mission.t_start - PRE_ROLL]
+    source.close()
+    receiver = AdsbReceiver(scenario.sensor.config, ReportList(source.name, heard, source.counters, rejects), frame)
+    return Traffic(truth, (receiver,), True, source, float(times.max()))
+
+
+def build_world(
+    scenario: ScenarioConfig, mission: Mission, traffic: Traffic, observer: Observer | None = None
+) -> SimWorld:
+    """Return the simulated world of a scenario; `observer` is told the true states of every sub-step."""
+    wind: FloatArray = scenario.wind.vector()
+    vehicle = scenario.ownship.target(scenario.ownship.config, wind)
+    return SimWorld(mission, vehicle, traffic.truth, traffic.sensors, observer)

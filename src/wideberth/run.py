@@ -1,0 +1,175 @@
+"""One run of a scenario: the loop, the recording, the scores and the report."""
+
+import json
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from wideberth.assembly import Traffic, build_pipeline, build_traffic, build_world
+from wideberth.config import ScenarioConfig
+from wideberth.conflict.well_clear import PRESETS, WellClearVolume
+from wideberth.errors import InputError
+from wideberth.evaluation.metrics import RunMetrics
+from wideberth.pipeline import Pipeline
+from wideberth.recording import Recorder
+from wideberth.simulation.clock import Clock, SimClock, WallClock
+from wideberth.simulation.config import EvaluationConfig
+from wideberth.simulation.truth import Truth
+from wideberth.simulation.world import SimWorld
+from wideberth.types import FloatArray, Mission, Snapshot
+
+OVERTIME = 600.0  # s that a mission may take beyond twice its planned duration
+
+Progress = Callable[[float, float, Snapshot], None]
+
+
+def planned_duration(mission: Mission) -> float:
+    """Return how long the mission takes without avoidance and wind, s."""
+    legs = np.diff(mission.waypoints, axis=0)
+    return float(np.sum(np.hypot(legs[:, 0], legs[:, 1]) / mission.speeds[1:]))
+
+
+def collision_volume(config: EvaluationConfig) -> WellClearVolume:
+    """Return the scenario's own collision volume."""
+    chosen = config.collision_volume
+    if isinstance(chosen, str):
+        return PRESETS[chosen]
+    return WellClearVolume(chosen.radius_m, chosen.half_height_m)
+
+
+def run_scenario(
+    scenario: ScenarioConfig,
+    out: Path | None,
+    progress: Progress | None = None,
+    report: bool = True,
+    counter: Callable[[], float] = time.thread_time,
+) -> dict[str, Any]:
+    """Run a scenario from the mission's start until it is completed.
+
+    Parameters
+    ----------
+    scenario : ScenarioConfig
+        With a mission.
+    out : Path or None
+        Folder for ``summary.json``, ``recording.mcap`` and the report; None: only the summary is returned.
+    progress : callable, optional
+        Told the time since the start, the planned duration (both s) and the snapshot after each step.
+    report : bool
+        Whether to write the report as well.
+    counter : callable
+        CPU seconds.
+
+    Returns
+    -------
+    dict
+        The summary, as in ``summary.json``.
+
+    Raises
+    ------
+    InputError
+        If there is no mission, or traffic cannot be used, or `out` cannot be written.
+    """
+    if scenario.mission is None:
+        raise InputError("mission: missing; give one in the scenario or with --mission FILE.csv")
+    frame = scenario.frame()
+    mission = scenario.mission.mission(frame)
+    planned = planned_duration(mission)
+    longest = scenario.duration_s or 2.0 * planned + OVERTIME
+    traffic = build_traffic(scenario, mission, frame, longest)
+    clock: Clock = SimClock(mission.t_start)
+    if traffic.source is not None and traffic.source.live:
+        clock = WallClock()
+        mission = Mission(mission.waypoints, mission.speeds, clock.now)
+    metrics = RunMetrics(
+        collision_volume(scenario.evaluation),
+        scenario.evaluation.well_clear_volume,
+        horizontal_miss_filter=scenario.evaluation.horizontal_miss_filter,
+    )
+
+    def observe(t: float, position: FloatArray, velocity: FloatArray, truth: Truth) -> None:
+        metrics.update(t, position, velocity, truth if traffic.known else None)
+
+    world = build_world(scenario, mission, traffic, observe)
+    pipeline = build_pipeline(scenario, counter)
+    try:
+        if out is None:
+            _loop(scenario, world, pipeline, traffic, clock, mission, metrics, None, progress, planned, longest)
+            return _summary(scenario, metrics, mission, world, traffic, pipeline)
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(f"{out}: cannot be made a folder: {error.strerror}") from error
+        path = out / "recording.mcap"
+        with Recorder(path, scenario.resolved(), mission=mission, frame=frame) as recorder:
+            _loop(scenario, world, pipeline, traffic, clock, mission, metrics, recorder, progress, planned, longest)
+            summary = _summary(scenario, metrics, mission, world, traffic, pipeline)
+            recorder.write_summary(summary)
+    finally:
+        if traffic.source is not None:
+            traffic.source.close()
+    try:
+        (out / "summary.json").write_text(json.dumps(summary, indent=2, allow_nan=False) + "\n")
+    except OSError as error:
+        raise InputError(f"{out / 'summary.json'}: cannot be written: {error.strerror}") from error
+    if report:
+        from wideberth.evaluation.report import write_report
+        from wideberth.recording import read_recording
+
+        write_report(out, read_recording(path), summary, title=scenario.name)
+    return summary
+
+
+def _loop(
+    scenario: ScenarioConfig,
+    world: SimWorld,
+    pipeline: Pipeline,
+    traffic: Traffic,
+    clock: Clock,
+    mission: Mission,
+    metrics: RunMetrics,
+    recorder: Recorder | None,
+    progress: Progress | None,
+    planned: float,
+    longest: float,
+) -> None:
+    """Step until the mission is completed, the traffic ends or the time is up."""
+    step = 0
+    t = mission.t_start
+    while True:
+        ownship, scans = world.sense(t)
+        snapshot = pipeline.step(t, ownship, scans, world.mission)
+        world.actuate(t, snapshot.maneuver)
+        metrics.observe(snapshot)
+        if recorder is not None:
+            recorder.write(snapshot, scans, world.truth(t) if traffic.known else None)
+        if progress is not None:
+            progress(t - mission.t_start, planned, snapshot)
+        if world.done or t - mission.t_start >= longest or t > traffic.end:
+            return
+        step += 1
+        t = mission.t_start + step * scenario.step_s
+        clock.wait_until(t)
+
+
+def _summary(
+    scenario: ScenarioConfig,
+    metrics: RunMetrics,
+    mission: Mission,
+    world: SimWorld,
+    traffic: Traffic,
+    pipeline: Pipeline,
+) -> dict[str, Any]:
+    extra: dict[str, Any] = {"scenario": scenario.name, "avoidance": scenario.avoid, "tracker": pipeline.counters}
+    notes = []
+    if traffic.source is not None:
+        extra["traffic"] = traffic.source.name
+        extra["decoder"] = traffic.source.counters
+        notes.append("altitudes are pressure altitudes, the mission's taken as such")
+    if not world.done:
+        notes.append("the mission was not completed: the traffic or the time ended first")
+    summary = metrics.summary(seed=scenario.seed, mission=mission, mission_completed=world.done, extra=extra)
+    summary["notes"] = [*summary.get("notes", []), *notes]
+    return summary

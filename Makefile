@@ -38,7 +38,7 @@ test: lint  ## lint, then every test, then the kernels' tests again without the 
 
 bench: setup  ## measure; results go to benchmarks/results
 	$(BIN)/wideberth warmup
-	$(BIN)/python benchmarks/run.py
+	$(BIN)/python -m benchmarks.run
 
 hooks: setup  ## run the linters before each commit
 	$(BIN)/pre-commit install

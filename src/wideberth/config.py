@@ -27,8 +27,7 @@ from wideberth.simulation.config import (
     WindConfig,
 )
 
-# The folder that holds the parts of each table. A table without `kind` takes the folder's first part; the sensor of
-# recorded traffic is a receiver.
+# The folder that holds the parts of each table. A table without `kind` takes the folder's first part.
 PART_FOLDERS: Mapping[str, str] = {
     "ownship": "vehicles",
     "sensor": "sensors",
@@ -269,9 +268,11 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
     traffic = _traffic(tables.get("traffic", {}), folder, wrong)
     recorded = isinstance(traffic, RecordedTrafficConfig)
     parts: dict[str, Any] = {
-        key: _part(key, tables.get(key, {}), "adsb_receiver" if recorded and key == "sensor" else None, wrong)
+        key: _part(key, _sensor_table(tables, recorded) if key == "sensor" else tables.get(key, {}), wrong)
         for key in PART_FOLDERS
     }
+    if traffic and not recorded and parts["sensor"] and parts["sensor"].kind == "adsb_receiver":
+        wrong.append("sensor.kind: adsb_receiver needs recorded traffic; simulated traffic takes adsb, the error model")
     if wrong or general is None or traffic is None:
         head = f"{source}: " if len(wrong) == 1 else f"{source}: {len(wrong)} things are wrong\n  "
         raise InputError(head + "\n  ".join(wrong))
@@ -317,10 +318,18 @@ def _traffic(
     return config if isinstance(config, SimulatedTrafficConfig) else None
 
 
-def _part(key: str, table: object, default: str | None, wrong: list[str]) -> Part | None:
+def _sensor_table(tables: Mapping[str, Any], recorded: bool) -> object:
+    """Return the sensor's table: ADS-B is an error model for simulated traffic, and a receiver for recorded traffic."""
+    table = tables.get("sensor", {})
+    if recorded and isinstance(table, Mapping) and table.get("kind", "adsb") == "adsb":
+        return {**table, "kind": "adsb_receiver"}
+    return table
+
+
+def _part(key: str, table: object, wrong: list[str]) -> Part | None:
     folder = importlib.import_module(f"wideberth.{PART_FOLDERS[key]}")
     parts: dict[str, str] = getattr(folder, "PARTS", {})
-    chosen = _kind(key, table, default or next(iter(parts), ""), wrong)
+    chosen = _kind(key, table, next(iter(parts), ""), wrong)
     if chosen is None:
         return None
     kind, settings = chosen

@@ -305,7 +305,10 @@ def test_recorded_traffic_is_relative_to_the_scenario(tmp_path: Path) -> None:
 def test_sensor_of_recorded_traffic_is_a_receiver() -> None:
     tables = {k: v for k, v in scenario(traffic={"kind": "recorded"}).items() if k != "sensor"}
     assert build_scenario(tables).sensor.kind == "adsb_receiver"
+    assert build_scenario({**tables, "sensor": {"kind": "adsb"}}).sensor.kind == "adsb_receiver"
     assert build_scenario({**tables, "traffic": {}}).sensor.kind == "adsb"
+    with pytest.raises(InputError, match=r"sensor.kind: adsb_receiver needs recorded traffic"):
+        build_scenario({**tables, "traffic": {}, "sensor": {"kind": "adsb_receiver"}})
 
 
 def test_volume_names_are_those_of_the_presets() -> None:

@@ -1,7 +1,6 @@
 """The `wideberth` command: it only knows its subcommands; what they need is imported when they run."""
 
 import importlib
-import importlib.util
 from typing import Annotated
 
 import typer
@@ -39,8 +38,7 @@ def _options(
 
 
 for _name in COMMANDS:
-    if importlib.util.find_spec(f"wideberth.cli.{_name}") is not None:
-        app.command(_name)(guarded(getattr(importlib.import_module(f"wideberth.cli.{_name}"), _name)))
+    app.command(_name)(guarded(getattr(importlib.import_module(f"wideberth.cli.{_name}"), _name)))
 
 
 def main() -> None:

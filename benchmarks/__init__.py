@@ -1,0 +1,1 @@
+"""What the project costs in CPU time: `python -m benchmarks.run`."""

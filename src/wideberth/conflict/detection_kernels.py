@@ -277,3 +277,33 @@ def assess_all(
             level = WARNING
         out[i, 0], out[i, 1], out[i, 2] = t_cpa, d_cpa, h_cpa
         out[i, 3], out[i, 4], out[i, 5], out[i, 6] = t_in, t_out, probability, level
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    zero, one, own, track = np.zeros((1, 3)), np.ones((1, 3)), np.eye(6), np.eye(9)[None]
+    rules, noise, out = np.ones(8), np.ones(4), np.empty((1, 7))
+    relative_covariance(own, track[0], 0, 0, 1.0, 1.0)
+    band_probability(1.0, 1.0, 1.0)
+    miss_direction(1.0, 1.0, 1.0, 1.0, 1.0)
+    detect_all(one, zero, own, zero, one, track, rules, noise, 1, SIGMA_TRACK, False, out)
+    assess_all(
+        zero[0],
+        one[0],
+        own,
+        one,
+        zero,
+        track,
+        np.zeros(1),
+        np.ones(4),
+        rules,
+        rules,
+        np.ones(2),
+        np.ones(2),
+        noise,
+        1,
+        SIGMA_TRACK,
+        False,
+        False,
+        out,
+    )

@@ -209,3 +209,11 @@ def violations(
             tcoa,
             miss_filter,
         )
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    zero, one, volume = np.zeros((1, 3)), np.ones((1, 3)), (1000.0, 200.0, 35.0, 0.0)
+    conflict_intervals(one, zero, zero, one, *volume, 60.0, True, np.empty(1), np.empty(1))
+    violations(one, zero, zero, one, *volume, True, np.empty(1, np.bool_))
+    horizontal_cpa(1.0, 1.0, 1.0, 1.0)

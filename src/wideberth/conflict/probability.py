@@ -59,8 +59,8 @@ def conflict_probability(
     t = max(float(horizontal_cpa(s, v)[0]), 0.0)
     e = np.array(kernels.miss_direction(s[0], s[1], v[0], v[1], t))
     mean = float(e @ (s[:2] + v[:2] * t))
-    probability = kernels.band_probability(separation, mean, math.sqrt(max(float(e @ c[:2, :2] @ e), 0.0)))
+    probability = kernels.band_probability(float(separation), mean, math.sqrt(max(float(e @ c[:2, :2] @ e), 0.0)))
     if half_height is not None:
         height = float(s[2] + v[2] * t)
-        probability *= kernels.band_probability(half_height, height, math.sqrt(max(float(c[2, 2]), 0.0)))
+        probability *= kernels.band_probability(float(half_height), height, math.sqrt(max(float(c[2, 2]), 0.0)))
     return probability

@@ -104,5 +104,6 @@ def relative_position_covariance(
     if not math.isfinite(t):
         raise ValueError(f"t must be finite, got {t}")
     return np.array(
-        [[kernels.relative_covariance(own, intruder, i, j, t, t) for j in range(3)] for i in range(3)], float
+        [[kernels.relative_covariance(own, intruder, i, j, float(t), float(t)) for j in range(3)] for i in range(3)],
+        float,
     )

@@ -89,3 +89,23 @@ def meetings(
                     if math.isnan(t_loss[a, j]):
                         t_loss[a, j] = t
     return inside_at_end
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    states, filtered = np.zeros((2, 1, 6)), np.array([False])
+    meetings(
+        states,
+        0,
+        2,
+        1.0,
+        np.zeros(3),
+        np.ones(3),
+        np.ones((1, 4)),
+        filtered,
+        1.0,
+        1.0,
+        1.0,
+        np.empty(1),
+        np.empty((1, 1)),
+    )

@@ -40,7 +40,8 @@ def states(columns: dict[str, NDArray[np.float64]]) -> list[NDArray[np.float64]]
 
 @pytest.mark.parametrize("name", VOLUMES)
 def test_every_verdict_and_time_agrees(columns: dict[str, NDArray[np.float64]], name: str) -> None:
-    t_in, t_out = conflict_interval(VOLUMES[name], *states(columns), 180.0)
+    own_p, own_v, p, v = states(columns)
+    t_in, t_out = conflict_interval(VOLUMES[name], own_p, own_v, p, v, 180.0)
     expected = columns[f"{name}_conflict_180s"] == 1
     assert expected.sum() > 100
     np.testing.assert_array_equal(~np.isnan(t_in), expected)

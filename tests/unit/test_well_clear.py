@@ -96,10 +96,11 @@ def test_non_finite_input_is_refused_by_name(position: int, bad: float) -> None:
     names = ["own_position", "own_velocity", "intruder_position", "intruder_velocity"]
     states = [np.zeros((4, 3)) for _ in names]
     states[position][2, 1] = bad
+    own_p, own_v, p, v = states
     with pytest.raises(ValueError, match=names[position]):
-        conflict_interval(CYLINDER, *states, 60)
+        conflict_interval(CYLINDER, own_p, own_v, p, v, 60)
     with pytest.raises(ValueError, match=names[position]):
-        violation(CYLINDER, *states)
+        violation(CYLINDER, own_p, own_v, p, v)
 
 
 @pytest.mark.parametrize("lookahead", [math.nan, math.inf, -1.0])

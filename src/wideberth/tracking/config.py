@@ -35,7 +35,8 @@ class AdsbKalmanConfig(PartConfig):
     whole_second_sigma_s : float
         The same for time stamps that are whole seconds, which are taken as rounded.
     latency_sigma_s : float
-        Uncompensated latency as reported uncertainty along the velocity: 0.6 s / sqrt(3), for one between 0 and 0.6 s.
+        Uncompensated latency as reported uncertainty along the velocity; with 0.5 s the 95 % ellipse holds 90 % of the
+        positions even of fast aircraft that all are the allowed 0.6 s behind.
     altitude_bias_sigma_ft : float
         Slowly varying altitude error, part of the reported covariance (0 where the altitude error is taken as white).
     assumed_nacp, assumed_nacv, assumed_nic : int
@@ -60,20 +61,20 @@ class AdsbKalmanConfig(PartConfig):
     """
 
     step_s: float = Field(default=0.1, gt=0.0, le=1.0)
-    acceleration_sigma_mps2: float = Field(default=1.0, gt=0.0)
+    acceleration_sigma_mps2: float = Field(default=2.0, gt=0.0)
     vertical_acceleration_sigma_mps2: float = Field(default=0.5, gt=0.0)
-    acceleration_time_constant_s: float | None = Field(default=10.0, gt=0.0)
-    jerk_time_constant_s: float | None = Field(default=1.0, gt=0.0)
+    acceleration_time_constant_s: float | None = Field(default=20.0, gt=0.0)
+    jerk_time_constant_s: float | None = Field(default=2.0, gt=0.0)
     jerk_noise_m2_per_s7: float = Field(default=1e-3, gt=0.0)
     gate_mahalanobis: float = Field(default=5.0, gt=0.0)
     use_reported_velocity: bool = False
     initialise_from_reported_velocity: bool = True
-    initial_velocity_sigma_mps: float = Field(default=10.0, ge=0.0)
-    initial_acceleration_sigma_mps2: float = Field(default=1.0, gt=0.0)
+    initial_velocity_sigma_mps: float = Field(default=5.0, ge=0.0)
+    initial_acceleration_sigma_mps2: float = Field(default=2.0, gt=0.0)
     initial_jerk_sigma_mps3: float = Field(default=0.3, gt=0.0)
     time_sigma_s: float = Field(default=0.06, ge=0.0)
     whole_second_sigma_s: float = Field(default=0.289, ge=0.0)
-    latency_sigma_s: float = Field(default=0.35, ge=0.0)
+    latency_sigma_s: float = Field(default=0.5, ge=0.0)
     altitude_bias_sigma_ft: float = Field(default=0.0, ge=0.0)
     assumed_nacp: int = Field(default=8, ge=0, le=11)
     assumed_nacv: int = Field(default=1, ge=0, le=4)

@@ -54,6 +54,8 @@ def map_figure(log: FlightLog, near: list[Encounter], mission: Mission | None) -
                 axes.plot(*_broken(path.t, p[:, 1], p[:, 0]), color=FAINT, linewidth=0.6, alpha=0.55, zorder=1)
         if mission is not None:
             w = mission.waypoints
+            # A pale band shows it where others fly exactly along it.
+            axes.plot(w[:, 1], w[:, 0], color=MISSION, linewidth=7, alpha=0.22, zorder=2, solid_capstyle="butt")
             axes.plot(w[:, 1], w[:, 0], color=MISSION, linewidth=1.4, linestyle=(0, (5, 3)), zorder=3)
             axes.plot(w[:, 1], w[:, 0], "s", color=MISSION, markersize=4, zorder=3)
         own = log.own.positions

@@ -8,7 +8,7 @@ from wideberth.evaluation.flight_log import Encounter, FlightLog
 from wideberth.evaluation.report_style import VOLUME_NAMES, clock, css_variables
 
 _EVENTS_MAX = 400
-_INTRUDERS_MAX = 25
+_INTRUDERS_MAX = 15
 
 _STYLE = """
 :root{--font:system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;--page:#eef1f5;--card:#fdfdfe;
@@ -27,7 +27,7 @@ header h1{font-size:25px;line-height:1.25;margin:0 0 2px;letter-spacing:-.01em}h
 .tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(160px,1fr));gap:12px;margin:0 0 18px}
 .tile,section{background:var(--card);border:1px solid var(--line);border-radius:12px}
 .tile{padding:12px 15px}.tile span{display:block;color:var(--muted);font-size:13px}
-.tile b{font-size:20px;font-variant-numeric:tabular-nums;font-weight:650}
+.tile b{font-size:17px;white-space:nowrap;font-variant-numeric:tabular-nums;font-weight:650}
 .tile small{color:var(--muted);font-size:12.5px}
 section{padding:16px 20px 18px;margin:0 0 18px}section h2{font-size:16.5px;margin:0 0 4px}
 section>p{margin:0 0 8px;color:var(--muted);font-size:14px}section>svg{display:block;width:100%;height:auto}
@@ -39,6 +39,7 @@ td.n,th.n{text-align:right}td.lost{color:var(--bad);font-weight:600}.scroll{over
 ol{list-style:none;margin:6px 0 0;padding:0;max-height:430px;overflow-y:auto}
 li{display:grid;grid-template-columns:64px 1fr;gap:10px;padding:5px 0;border-bottom:1px solid var(--line)}
 li:last-child{border:0}li time{color:var(--muted);font-variant-numeric:tabular-nums;text-align:right}
+details{margin-top:10px}summary{cursor:pointer;color:var(--muted);font-size:14px}
 li.m{font-weight:600}li.m time{color:inherit}
 .two{display:grid;grid-template-columns:1fr 1fr;gap:18px}.two section{margin:0}.two{margin-bottom:18px}
 @media (max-width:800px){.two{grid-template-columns:1fr}}
@@ -158,6 +159,10 @@ def _number(value: float | None, unit: str = "", digits: int = 0) -> str:
     return "–" if value is None else f"{value:,.{digits}f}{unit}"
 
 
+def _distance(metres: float) -> str:
+    return f"{metres / 1000:,.1f} km" if metres >= 1000 else f"{metres:,.0f} m"
+
+
 def _tiles(summary: Mapping[str, Any], log: FlightLog) -> str:
     get = summary.get
     horizontal, vertical = get("min_horizontal_separation_m"), get("min_vertical_separation_m")
@@ -167,7 +172,9 @@ def _tiles(summary: Mapping[str, Any], log: FlightLog) -> str:
     tiles = [
         (
             "closest approach",
-            f"{_number(horizontal, ' m')} / {_number(vertical, ' m')}" if horizontal is not None else "–",
+            f"{_distance(horizontal)} / {_distance(vertical)}"
+            if horizontal is not None and vertical is not None
+            else "–",
             f"horizontal / vertical, {log.label(closest)}" if closest else "",
         ),
         ("near mid-air collisions", _number(get("nmac_count")), "within 500 ft and 100 ft"),
@@ -192,27 +199,32 @@ def _tiles(summary: Mapping[str, Any], log: FlightLog) -> str:
 
 
 def _decisions(log: FlightLog) -> str:
-    if not log.own.rows:
-        return ""
-    t0 = log.own.rows[0][0]
-    items = [(t, text, False) for t, text in log.events]
+    reasons = {span.maneuver.reason for span in log.maneuvers if span.maneuver.reason}
+    items = [(t, text, any(reason in text for reason in reasons)) for t, text in log.events]
     told = " ".join(text for _, text in log.events)
     items += [(m.t_start, m.maneuver.reason, True) for m in log.maneuvers if m.maneuver.reason not in told]
-    items = [
-        (t, text, main or any(m.maneuver.reason and m.maneuver.reason in text for m in log.maneuvers))
-        for t, text, main in items
-    ]
     items.sort(key=lambda item: item[0])
-    if not items:
-        return _section("Decisions", "Nothing had to be decided.", "")
+    # The life of tracks is of use to few, and would bury the rest.
+    decided = [item for item in items if not item[1].startswith("track ")]
+    tracks = [item for item in items if item[1].startswith("track ")]
+    body, text = "", "Nothing had to be decided."
+    if decided:
+        body, text = _list(decided, log), f"{_count(len(decided), 'event', 'events')}; maneuvers in bold."
+    if tracks:
+        count = _count(len(tracks), "event", "events")
+        body += f"<details><summary>{count} in the life of tracks</summary>{_list(tracks, log)}</details>"
+    if max(len(decided), len(tracks)) > _EVENTS_MAX:
+        text += f" At most {_EVENTS_MAX} are shown; the recording holds all."
+    return _section("Decisions", text, body)
+
+
+def _list(items: Sequence[tuple[float, str, bool]], log: FlightLog) -> str:
+    t0 = log.own.rows[0][0]
     rows = "".join(
         f"<li{' class=m' if main else ''}><time>{clock(t - t0)}</time><span>{escape(text)}</span></li>"
         for t, text, main in items[:_EVENTS_MAX]
     )
-    text = f"{_count(len(items), 'event', 'events')}; maneuvers in bold."
-    if len(items) > _EVENTS_MAX:
-        text += f" The first {_EVENTS_MAX} are shown; the recording holds all."
-    return _section("Decisions", text, f"<ol>{rows}</ol>")
+    return f"<ol>{rows}</ol>"
 
 
 def _volumes(summary: Mapping[str, Any]) -> str:

@@ -120,7 +120,7 @@ def separation_figure(log: FlightLog, near: list[Encounter], summary: Mapping[st
     """Return horizontal and vertical separation against time, a row for each near aircraft, with bounds."""
     with rc_context(RC):
         shown = near[:ROWS_MAX]
-        figure = new_figure(9.6, 1.1 + 1.95 * max(1, len(shown)))
+        figure = new_figure(9.6, 1.1 + 1.95 * len(shown))
         t0, span = log.own.t[0], log.own.t[-1] - log.own.t[0]
         if not shown:
             _nothing(figure, "no aircraft came within 5 km and 500 m")
@@ -171,7 +171,7 @@ def _separation_axes(
     left.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v / 1000:g} km" if v >= 1000 else f"{v:g} m"))
     left.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
     c = encounter.closest
-    half = max(1.4 * max((z for _, _, z in limits), default=100.0), 1.25 * abs(float(encounter.above[c])), 150.0)
+    half = max(1.4 * max((z for _, _, z in limits), default=100.0), 1.5 * abs(float(encounter.above[c])), 150.0)
     right.set_ylim(-half, half)
     right.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v:+g} m" if v else "level"))
     left.set_xlim(0, max(span, 1.0))
@@ -219,7 +219,7 @@ def timeline_figure(log: FlightLog, near: list[Encounter]) -> Figure:
         for span in log.maneuvers:
             width = max(span.t_end - span.t_start, 0.004 * (t_end - t0))
             axes.broken_barh([(span.t_start - t0, width)], (y - 0.28, 0.56), facecolors=MANEUVER, edgecolors="white")
-            axes.axvline(span.t_start - t0, color=MANEUVER, linewidth=0.7, alpha=0.5, zorder=0.8)
+            axes.axvline(span.t_start - t0, color=MANEUVER, linewidth=0.6, alpha=0.3, zorder=0.4)
         axes.set_yticks(range(len(rows) + 1), ["worst of all", *(name for name, _ in rows[1:]), "maneuver"])
         axes.set_ylim(len(rows) + 0.6, -0.6)
         axes.set_axisbelow(True)

@@ -242,6 +242,15 @@ def test_sky_without_low_aircraft_is_refused() -> None:
         SampledTraffic([], SETTINGS)
 
 
+def test_aircraft_on_the_other_side_of_the_earth_do_not_appear_here(reports: list[AdsbReport]) -> None:
+    antipodes = [
+        replace(r, address="d00000", latitude=-r.latitude, longitude=r.longitude - math.pi)
+        for r in reports
+        if r.address == "a00000"
+    ]
+    assert "d00000" not in SampledTraffic(reports + antipodes, SETTINGS).ids
+
+
 def trajectory_file(path: Path, reports: list[AdsbReport]) -> Path:
     rows = [
         {

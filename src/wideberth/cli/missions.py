@@ -1,9 +1,12 @@
 """`wideberth missions`: search a recording for missions that run into its traffic."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from rich.console import Console
 
 
 def missions(
@@ -69,7 +72,7 @@ def missions(
         reports = traffic_source.poll(math.inf)
         counters = describe(traffic_source.counters)
         traffic_source.close()
-    console.print(f"{source}: {counters}", highlight=False, markup=False)
+    _say(console, f"{source}: {counters}")
     try:
         traffic = SampledTraffic(reports, settings)
     except ValueError as error:
@@ -106,14 +109,18 @@ def missions(
         )
     console.print(table)
     passed = sum(m.passes for m in result.missions)
-    console.print(f"index: {out / INDEX}", highlight=False, markup=False, soft_wrap=True)
-    console.print(f"not kept: {describe(dict(result.rejected)) or 'none'}", highlight=False, markup=False)
+    _say(console, f"index: {out / INDEX}")
+    _say(console, f"not kept: {describe(dict(result.rejected)) or 'none'}")
     if passed < count or len(result.missions) - passed < outside:
-        console.print(
+        _say(
+            console,
             f"only {passed} of {count} missions that pass and {len(result.missions) - passed} of {outside} that do not"
             f" in {result.tries} tries: ask for fewer, lower --min-aircraft or --min-losses, or raise --max-tries",
-            highlight=False,
-            markup=False,
         )
         if not result.missions:
             raise typer.Exit(1)
+
+
+def _say(console: "Console", text: str) -> None:
+    """Print a line as it is, without wrapping."""
+    console.print(text, highlight=False, markup=False, soft_wrap=True)

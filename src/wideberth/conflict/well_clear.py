@@ -100,8 +100,8 @@ def conflict_interval(
         If an input is not finite, has another shape, or the look-ahead is negative.
     """
     states, n, single = pair_states(own_position, own_velocity, intruder_position, intruder_velocity)
-    if not (math.isfinite(lookahead) and lookahead >= 0):
-        raise ValueError(f"lookahead must be finite and not negative, got {lookahead}")
+    if not (np.ndim(lookahead) == 0 and math.isfinite(lookahead) and lookahead >= 0):
+        raise ValueError(f"lookahead must be one number, finite and not negative, got {lookahead}")
     t_in, t_out = np.empty(n), np.empty(n)
     kernels.conflict_intervals(
         *states,

@@ -16,7 +16,7 @@ import numpy as np
 
 from wideberth.conflict.well_clear import PRESETS
 from wideberth.evaluation.mission_kernels import meetings
-from wideberth.frames import LocalFrame
+from wideberth.frames import SEMI_MAJOR_AXIS, LocalFrame
 from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.simulation.recorded import RecordedTraffic
 from wideberth.types import FloatArray
@@ -24,6 +24,7 @@ from wideberth.units import FOOT, KNOT, NAUTICAL_MILE
 
 STEP = 1.0  # s between the samples of traffic
 MEMORY_MAX = 4e9  # bytes of sampled states
+RADIUS_MAX = 500e3  # m from the middle of the recording: beyond it distances in one plane are wrong by over 0.3 %
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +173,7 @@ class SampledTraffic:
     Parameters
     ----------
     reports : sequence of AdsbReport
-        All of the recording.
+        All of the recording; positions over 500 km from their median are left out.
     settings : SearchSettings
 
     Raises
@@ -186,10 +187,11 @@ class SampledTraffic:
         located = [r for r in reports if math.isfinite(r.latitude) and not r.on_ground]
         if not located:
             raise ValueError("there is no aircraft in the air with a position")
-        self.frame = LocalFrame(
-            float(np.median([r.latitude for r in located])), float(np.median([r.longitude for r in located]))
+        latitude, longitude = (float(np.median([getattr(r, k) for r in located])) for k in ("latitude", "longitude"))
+        self.frame = LocalFrame(latitude, longitude)
+        recorded = RecordedTraffic(
+            (r for r in reports if not _far(r, latitude, longitude)), self.frame, settings.max_gap
         )
-        recorded = RecordedTraffic(reports, self.frame, settings.max_gap)
         if not recorded.ids:
             raise ValueError("there is no aircraft that can be followed")
         # Whole seconds, as people write start times.
@@ -212,6 +214,16 @@ class SampledTraffic:
             raise ValueError(
                 f"there is no aircraft between {settings.altitude_min:.0f} and {settings.altitude_max:.0f} m"
             )
+
+
+def _far(report: AdsbReport, latitude: float, longitude: float) -> bool:
+    """Return whether a report has a position too far from the middle of the recording."""
+    if not math.isfinite(report.latitude):
+        return False
+    cosine = math.sin(latitude) * math.sin(report.latitude) + math.cos(latitude) * math.cos(report.latitude) * math.cos(
+        report.longitude - longitude
+    )
+    return cosine < math.cos(RADIUS_MAX / SEMI_MAJOR_AXIS)
 
 
 def heard_times(reports: Iterable[AdsbReport]) -> dict[str, FloatArray]:

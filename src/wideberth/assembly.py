@@ -1,7 +1,7 @@
 """From a checked scenario to the things that run: pipeline, world, traffic."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
 from wideberth.pipeline import Pipeline
 from wideberth.sensors.adsb.receiver import AdsbReceiver
-from wideberth.sensors.adsb.report import TrafficSource
+from wideberth.sensors.adsb.report import AdsbReport, TrafficSource
 from wideberth.sensors.adsb.report_list import ReportList
 from wideberth.sensors.adsb.sources import open_traffic
 from wideberth.simulation.config import RecordedTrafficConfig, SimulatedTrafficConfig
@@ -22,6 +22,7 @@ from wideberth.simulation.world import ModelledSensor, Observer, Sensor, SimWorl
 from wideberth.types import FloatArray, Mission
 
 PRE_ROLL = 10.0  # s of reports before the mission's start that the receiver still gets
+MARGIN = 60.0  # s of recorded traffic before and after the run from which the truth is made
 
 
 class UnknownTraffic:
@@ -70,7 +71,54 @@ def build_pipeline(scenario: ScenarioConfig, counter: Callable[[], float]) -> Pi
     )
 
 
-def build_traffic(scenario: ScenarioConfig, mission: Mission, frame: LocalFrame, longest: float) -> Traffic:
+@dataclass(frozen=True, slots=True)
+class LoadedRecording:
+    """A recording of traffic in memory, so that many runs need not read it again.
+
+    Attributes
+    ----------
+    name : str
+    reports : tuple of AdsbReport
+        In the order of receipt.
+    counters, rejects : mapping of str to int
+        What was counted when it was read.
+    """
+
+    name: str
+    reports: tuple[AdsbReport, ...]
+    counters: Mapping[str, int]
+    rejects: Mapping[str, int]
+
+
+def load_recording(path: str, fmt: str = "auto") -> LoadedRecording:
+    """Read a whole recording.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is a live receiver.
+    """
+    source = open_traffic(path, fmt)
+    if source.live:
+        source.close()
+        raise InputError(f"traffic '{path}' is live: a recording is wanted here")
+    return _load(source)
+
+
+def _load(source: TrafficSource) -> LoadedRecording:
+    reports = tuple(source.poll(math.inf))
+    loaded = LoadedRecording(source.name, reports, source.counters, dict(source.health(math.inf).rejects))
+    source.close()
+    return loaded
+
+
+def build_traffic(
+    scenario: ScenarioConfig,
+    mission: Mission,
+    frame: LocalFrame,
+    longest: float,
+    loaded: LoadedRecording | None = None,
+) -> Traffic:
     """Return the traffic of a scenario.
 
     Parameters
@@ -81,6 +129,8 @@ def build_traffic(scenario: ScenarioConfig, mission: Mission, frame: LocalFrame,
     frame : LocalFrame
     longest : float
         How long the run may last, s.
+    loaded : LoadedRecording, optional
+        Taken instead of reading the scenario's recording.
 
     Raises
     ------
@@ -91,14 +141,15 @@ def build_traffic(scenario: ScenarioConfig, mission: Mission, frame: LocalFrame,
         simulated = SimulatedTraffic(scenario.traffic, frame, mission.t_start, scenario.wind.vector())
         model = scenario.sensor.target(scenario.sensor.config, scenario.seed, simulated.ids)
         return Traffic(simulated, (ModelledSensor(model, simulated),), True, None, math.inf)
-    assert isinstance(scenario.traffic, RecordedTrafficConfig)
+    if loaded is not None:
+        return _recorded(scenario, scenario.traffic, mission, frame, longest, loaded)
     if scenario.traffic.path is None:
         raise InputError("traffic.path: missing; name the recording or receiver with --traffic")
     source = open_traffic(scenario.traffic.path, scenario.traffic.format)
     if source.live:
         receiver = AdsbReceiver(scenario.sensor.config, source, frame)
         return Traffic(UnknownTraffic(), (receiver,), False, source, math.inf)
-    return _recorded(scenario, scenario.traffic, mission, frame, longest, source)
+    return _recorded(scenario, scenario.traffic, mission, frame, longest, _load(source))
 
 
 def _recorded(
@@ -107,23 +158,22 @@ def _recorded(
     mission: Mission,
     frame: LocalFrame,
     longest: float,
-    source: TrafficSource,
+    loaded: LoadedRecording,
 ) -> Traffic:
-    reports = source.poll(math.inf)
-    rejects = dict(source.health(math.inf).rejects)
-    times = np.array([report.t for report in reports])
-    if not times.size or mission.t_start > times.max() or mission.t_start + longest < times.min():
+    times = np.array([report.t for report in loaded.reports])
+    if not times.size:
+        raise InputError(f"traffic '{loaded.name}' holds no report")
+    if mission.t_start > times.max() or mission.t_start + longest < times.min():
         raise InputError(
-            f"traffic '{source.name}' has no report during the mission: it covers {times.min():.0f} to"
+            f"traffic '{loaded.name}' has no report during the mission: it covers {times.min():.0f} to"
             f" {times.max():.0f} s Unix time, the mission starts at {mission.t_start:.0f} s (start_time_s)"
-            if times.size
-            else f"traffic '{source.name}' holds no report"
         )
-    window = [r for r in reports if mission.t_start - 60.0 <= r.t <= mission.t_start + longest + 60.0]
+    first, last = mission.t_start - MARGIN, mission.t_start + longest + MARGIN
+    window = [report for report in loaded.reports if first <= report.t <= last]
+    heard = [report for report in window if report.t >= mission.t_start - PRE_ROLL]
+    source = ReportList(loaded.name, heard, loaded.counters, loaded.rejects)
+    receiver = AdsbReceiver(scenario.sensor.config, source, frame)
     truth = RecordedTraffic(window, frame, config.max_gap_s)
-    heard = [r for r in window if r.t >= mission.t_start - PRE_ROLL]
-    source.close()
-    receiver = AdsbReceiver(scenario.sensor.config, ReportList(source.name, heard, source.counters, rejects), frame)
     return Traffic(truth, (receiver,), True, source, float(times.max()))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from wideberth.assembly import Traffic, build_pipeline, build_traffic, build_world
+from wideberth.assembly import LoadedRecording, Traffic, build_pipeline, build_traffic, build_world
 from wideberth.config import ScenarioConfig
 from wideberth.conflict.well_clear import PRESETS, WellClearVolume
 from wideberth.errors import InputError
@@ -46,6 +46,7 @@ def run_scenario(
     progress: Progress | None = None,
     report: bool = True,
     counter: Callable[[], float] = time.thread_time,
+    loaded: LoadedRecording | None = None,
 ) -> dict[str, Any]:
     """Run a scenario from the mission's start until it is completed.
 
@@ -61,6 +62,8 @@ def run_scenario(
         Whether to write the report as well.
     counter : callable
         CPU seconds.
+    loaded : LoadedRecording, optional
+        Taken instead of reading the scenario's recording.
 
     Returns
     -------
@@ -78,7 +81,7 @@ def run_scenario(
     mission = scenario.mission.mission(frame)
     planned = planned_duration(mission)
     longest = scenario.duration_s or 2.0 * planned + OVERTIME
-    traffic = build_traffic(scenario, mission, frame, longest)
+    traffic = build_traffic(scenario, mission, frame, longest, loaded)
     clock: Clock = SimClock(mission.t_start)
     if traffic.source is not None and traffic.source.live:
         clock = WallClock()

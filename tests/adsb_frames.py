@@ -135,7 +135,7 @@ def flight(
     t0: float = 1000.0,
     duration: float = 20.0,
 ) -> list[tuple[float, bytes]]:
-    """Return times and frames of a straight level flight: positions each 0.5 s, even and odd in turn, and velocities."""
+    """Return times and frames of a straight level flight: positions each 0.5 s, even and odd in turn, velocities."""
     frames = []
     for k in range(int(duration * 2)):
         t = t0 + 0.5 * k

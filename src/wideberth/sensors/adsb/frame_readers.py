@@ -47,6 +47,11 @@ class FrameReader:
         jumps = Counter({"position jumps": self.decoder.results["position jumps"]})
         return nonzero(self.malformed, self.clock.rejects, self.decoder.rejects, jumps)
 
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The addresses heard."""
+        return self.decoder.addresses
+
     def decode(self, frames: Sequence[bytes], times: Sequence[float], t: float | None) -> list[AdsbReport]:
         """Return the reports of frames with their times in the stream, or all at the time of receipt `t`."""
         if t is not None:

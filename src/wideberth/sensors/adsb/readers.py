@@ -35,6 +35,10 @@ class Reader(Protocol):
     def rejects(self) -> dict[str, int]:
         """The rejections among the counters."""
 
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The addresses heard."""
+
 
 def nonzero(*counts: "Counter[str]") -> dict[str, int]:
     """Return one dict of all counts that are not zero."""

@@ -103,6 +103,11 @@ class FileSource:
         """Counts of messages by kind, of results and of rejections by cause, of what has been read so far."""
         return self._reader.counters | self._damage()
 
+    @property
+    def addresses(self) -> tuple[str, ...]:
+        """The addresses heard so far, of aircraft without a position too."""
+        return self._reader.addresses
+
     def _damage(self) -> dict[str, int]:
         return {self._input.damage: 1} if self._input.damage else {}
 

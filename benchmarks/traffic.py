@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from wideberth.types import Scan, SourceInfo
+from wideberth.simulation.truth import Truth
+from wideberth.types import FloatArray, Scan, SourceInfo
 
 SIGMA = np.array([20.0, 20.0, 10.0, 3.0, 3.0, 0.3])
 INFO = SourceInfo(nic=8, nacp=9, nacv=2, sil=3, sda=2)
@@ -27,11 +28,17 @@ class MadeTraffic:
         self._velocity = np.stack([speed * np.cos(course), speed * np.sin(course), np.zeros(count)], axis=1)
         self._position[0], self._velocity[0] = (9000.0, 0.0, -altitude), (-60.0, 0.0, 0.0)
         self._phase = self._random.uniform(0, 1, count)
+        self._t = 0.0
         self._ids = tuple(f"{0x400000 + k:06x}" for k in range(count))
 
-    def scan(self, t: float, step: float) -> Scan:
-        """Return the reports of the step that ends at `t`."""
-        heard = np.flatnonzero(np.floor(t - self._phase) > np.floor(t - step - self._phase))
+    def truth(self, t: float) -> Truth:
+        """Return the true states at time `t`, s."""
+        return Truth(t, self._ids, self._position + t * self._velocity, self._velocity)
+
+    def sense(self, t: float, own_position: FloatArray) -> Scan:
+        """Return the reports since the last call; the range does not depend on the ownship's position."""
+        heard = np.flatnonzero(np.floor(t - self._phase) > np.floor(self._t - self._phase))
+        self._t = t
         position = self._position[heard] + t * self._velocity[heard]
         z = np.hstack([position, self._velocity[heard]]) + SIGMA * self._random.standard_normal((len(heard), 6))
         return Scan(

@@ -87,7 +87,7 @@ def test_a_whole_report(tmp_path):
 
 
 def test_the_page_asks_nothing_of_the_network(tmp_path):
-    text, checker, out, _ = report(tmp_path, 450, 4)
+    text, checker, out, _ = report(tmp_path, 60, 2)
     assert all(address.startswith("#") for address in checker.fetched)
     assert not re.search(r"url\(\s*['\"]?(?!#)", text) and "@import" not in text
     # Addresses may only name XML vocabularies.
@@ -99,7 +99,7 @@ def test_the_page_asks_nothing_of_the_network(tmp_path):
 
 
 def test_colours_follow_light_and_dark(tmp_path):
-    text, *_ = report(tmp_path, 450, 4)
+    text, *_ = report(tmp_path, 60, 2)
     assert "prefers-color-scheme:dark" in text
     svg = text[text.index("<svg role=") :]
     used = set(re.findall(r"var\((--c\d+)\)", svg))
@@ -114,9 +114,9 @@ def test_colours_follow_light_and_dark(tmp_path):
     [
         (1, 1, {}),
         (2, 0, {}),
-        (300, 3, {"with_truth": False}),
-        (300, 3, {"mission": None}),
-        (300, 40, {}),
+        (40, 3, {"with_truth": False}),
+        (40, 3, {"mission": None}),
+        (40, 40, {}),
     ],
     ids=["one step", "empty sky", "no truth", "no mission", "many aircraft"],
 )
@@ -136,12 +136,12 @@ def test_tracks_with_a_broken_covariance_are_drawn_without_ellipse(tmp_path):
             snapshot, tracks=tuple(dataclasses.replace(track, covariance=bad) for track in snapshot.tracks)
         )
 
-    text, *_ = report(tmp_path, 200, 2, change=spoil)
+    text, *_ = report(tmp_path, 60, 2, change=spoil)
     assert "nan" not in text[text.index("<svg role=") :].lower().replace("covariance", "")
 
 
 def test_a_torn_recording_is_reported_and_said_so(tmp_path):
-    summary = record(tmp_path / "r.mcap", 300, 3)
+    summary = record(tmp_path / "r.mcap", 60, 3)
     data = (tmp_path / "r.mcap").read_bytes()
     (tmp_path / "r.mcap").write_bytes(data[: len(data) * 2 // 3])
     text = write_report(tmp_path / "out", read_recording(tmp_path / "r.mcap"), summary).read_text(encoding="utf-8")

@@ -134,7 +134,7 @@ def page(
             pictures["map"],
         )
     }
-<div class="two">{_decisions(log)}{_volumes(summary)}</div>
+<div class="two">{_decisions(summary, log)}{_volumes(summary)}</div>
 {
         _section(
             "Separation",
@@ -198,7 +198,7 @@ def _tiles(summary: Mapping[str, Any], log: FlightLog) -> str:
     return f'<div class="tiles">{cells}</div>'
 
 
-def _decisions(log: FlightLog) -> str:
+def _decisions(summary: Mapping[str, Any], log: FlightLog) -> str:
     reasons = {span.maneuver.reason for span in log.maneuvers if span.maneuver.reason}
     items = [(t, text, any(reason in text for reason in reasons)) for t, text in log.events]
     told = " ".join(text for _, text in log.events)
@@ -207,7 +207,8 @@ def _decisions(log: FlightLog) -> str:
     # The life of tracks is of use to few, and would bury the rest.
     decided = [item for item in items if not item[1].startswith("track ")]
     tracks = [item for item in items if item[1].startswith("track ")]
-    body, text = "", "Nothing had to be decided."
+    off = summary.get("avoidance") is False
+    body, text = "", "Avoidance was switched off." if off else "Nothing had to be decided."
     if decided:
         body, text = _list(decided, log), f"{_count(len(decided), 'event', 'events')}; maneuvers in bold."
     if tracks:

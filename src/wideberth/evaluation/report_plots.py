@@ -126,6 +126,11 @@ def separation_figure(log: FlightLog, near: list[Encounter], summary: Mapping[st
             _nothing(figure, "no aircraft came within 5 km and 500 m")
             return figure
         limits = _limits(summary)
+        lost = {
+            row["id"]: row["first_loss_time_s"]["well_clear_volume"]
+            for row in summary.get("per_intruder", ())
+            if "well_clear_volume" in row["first_loss_time_s"]
+        }
         grid = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
         for k, encounter in enumerate(shown):
             left, right = grid[k]
@@ -142,6 +147,13 @@ def separation_figure(log: FlightLog, near: list[Encounter], summary: Mapping[st
             left.plot(t[c], max(encounter.horizontal[c], 1.0), "o", color=colour, markersize=5.5, zorder=5)
             right.plot(t[c], encounter.above[c], "o", color=colour, markersize=5.5, zorder=5)
             _separation_axes(left, right, encounter, limits, span)
+            if encounter.id in lost:
+                for axes in (left, right):
+                    axes.axvline(lost[encounter.id] - t0, color=LIMIT, linewidth=1.4, alpha=0.75, zorder=3)
+                    axes.plot(
+                        lost[encounter.id] - t0, 0.0, "^", color=LIMIT, markersize=7, zorder=7, clip_on=False,
+                        transform=axes.get_xaxis_transform(),
+                    )  # fmt: skip
             left.set_title(encounter.label, color=colour)
             for axes, value in ((left, encounter.horizontal[c]), (right, encounter.above[c])):
                 _annotate(axes, float(t[c]), float(max(value, 1.0) if axes is left else value), f"{value:,.0f} m", span)
@@ -157,6 +169,8 @@ def separation_figure(log: FlightLog, near: list[Encounter], summary: Mapping[st
             for (name, _, _), style in zip(limits, _LIMIT_STYLES, strict=False)
         ]
         handles.append(Patch(facecolor=LIMIT, alpha=0.2, label="inside both distances"))
+        if lost:
+            handles.append(Line2D([], [], color=LIMIT, marker="^", markersize=7, label="first loss of well clear"))
         figure.legend(handles=handles, loc="outside upper left", ncols=4)
     return figure
 
@@ -216,12 +230,13 @@ def timeline_figure(log: FlightLog, near: list[Encounter]) -> Figure:
                     axes.broken_barh([(start - t0, end - start)], (y - height / 2, height), facecolors=LEVELS[level])
             axes.axhline(y, color=LEVELS[AlertLevel.CLEAR], linewidth=2.0, zorder=0.5)
         y = len(rows)
+        names = ["worst of all", *(name for name, _ in rows[1:]), *(["maneuver"] if log.maneuvers else [])]
         for span in log.maneuvers:
             width = max(span.t_end - span.t_start, 0.004 * (t_end - t0))
             axes.broken_barh([(span.t_start - t0, width)], (y - 0.28, 0.56), facecolors=MANEUVER, edgecolors="white")
             axes.axvline(span.t_start - t0, color=MANEUVER, linewidth=0.6, alpha=0.3, zorder=0.4)
-        axes.set_yticks(range(len(rows) + 1), ["worst of all", *(name for name, _ in rows[1:]), "maneuver"])
-        axes.set_ylim(len(rows) + 0.6, -0.6)
+        axes.set_yticks(range(len(names)), names)
+        axes.set_ylim(len(names) - 0.4, -0.6)
         axes.set_axisbelow(True)
         axes.set_xlim(0, max(t_end - t0, 1.0))
         axes.grid(visible=False, axis="y")

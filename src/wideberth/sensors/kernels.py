@@ -61,3 +61,10 @@ def velocity_sigma_of(nacv: int) -> float:
 def nic_bound_of(nic: int) -> float:
     """Return the containment radius, m; `nic` 0 to 11, not checked."""
     return CONTAINMENT_RADIUS[nic]
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    position_sigma_of(8)
+    velocity_sigma_of(1)
+    nic_bound_of(7)

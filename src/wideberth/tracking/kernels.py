@@ -352,3 +352,25 @@ def output_tracks(
         for m in range(2):
             for n in range(2):
                 covariance[i, m, n] += latency * latency * velocity[i, m] * velocity[i, n]
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    x, p = np.zeros((1, 3, 4)), np.zeros((1, 3, 4, 4))
+    p[:] = np.eye(4)
+    tables, noises = np.zeros((2, 1, 4, 4)), np.zeros((2, 1, 4, 4))
+    tables[:], noises[:] = np.eye(4), np.eye(4)
+    z, r, index, codes = np.zeros((1, 6)), np.ones((1, 6)), np.zeros(1, np.int64), np.zeros((1, 4), np.int64)
+    use, nis, one, three = np.ones((1, 4), np.bool_), np.zeros((1, 4)), np.zeros(1), np.zeros((1, 3))
+    predict_axis(x[0, 0], p[0, 0], tables[0, 0], noises[0, 0], x[0, 0], p[0, 0])
+    predict_steps(x[0, 0], p[0, 0], 1, tables[0], noises[0], x[0, 0], p[0, 0])
+    predict_track(x[0], p[0], 1, tables, noises, x[0], p[0])
+    update_axis(x[0, 0], p[0, 0], 0, 0.0, 1.0)
+    horizontal_distance(x[0], p[0], 0.0, 0.0, 1.0, 1.0)
+    predicted_distance(x[0], p[0], 1, tables, noises, 0.0, 0.0, 1.0, 0.0)
+    update_track(x[0], p[0], z[0], r[0], use[0], 5.0, 0.0, codes[0], nis[0])
+    filter_reports(x, p, index, index, index, tables, noises, z, r, use, 5.0, one, codes, nis)
+    output_tracks(
+        x, p, index, index, 0, 0.0, 0.1, tables, noises, np.zeros((1, 2)), 0.0, three, three, three,
+        np.zeros((1, 9, 9)), one,
+    )  # fmt: skip

@@ -255,3 +255,18 @@ def broadcast_reports(
         position[2] = sensed[2]  # only the horizontal position is extrapolated by the transmitter
         report_state(position, velocity, error[i], altitude_bias[i], gross, swapped, normals[k], params, z[k])
         flags[k] = flag
+
+
+def warmup() -> None:
+    """Compile every kernel of this module for the types it is used with."""
+    zero, three, params, z = np.zeros((1, 3)), np.zeros(3), np.ones(PARAMETER_COUNT), np.empty((1, 6))
+    normals, uniforms, error = np.zeros((1, NORMALS)), np.full((1, UNIFORMS), 0.5), np.zeros((1, 2))
+    quantise(1.0, 1.0)
+    gauss_markov(0.0, 1.0, 1.0, 1.0, 0.0)
+    climb_rate_error_sigma(1.0, 1.0, 1.0, 1.0)
+    report_state(three, three, error[0], 0.0, error[0], False, normals[0], params, z[0])
+    truth_at(0.5, 0.0, 1.0, three, three, three, three, np.empty(3), np.empty(3))
+    one, index = np.zeros(1), np.zeros(1, np.int64)
+    broadcast_reports(
+        index, one, 0.0, 1.0, zero, zero, zero, zero, three, error, one, one, zero, normals, uniforms, params, z, index
+    )

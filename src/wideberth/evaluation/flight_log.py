@@ -189,6 +189,8 @@ def encounters(log: FlightLog, horizontal: float = NEAR_HORIZONTAL, vertical: fl
         apart = np.hypot(*(positions - at)[:, :2].T)
         above = at[:, 2] - positions[:, 2]
         if np.any((apart <= horizontal) & (np.abs(above) <= vertical)):
-            closest = int(np.argmin(np.maximum(apart / NMAC_HORIZONTAL, np.abs(above) / NMAC_VERTICAL)))
+            ratios = np.stack([apart / NMAC_HORIZONTAL, np.abs(above) / NMAC_VERTICAL])
+            # As the scores do: of equally close instants, the one where the smaller ratio is least.
+            closest = int(np.lexsort((ratios.min(axis=0), ratios.max(axis=0).round(6)))[0])
             found.append(Encounter(name, log.label(name), t, positions, at, apart, above, closest))
     return sorted(found, key=lambda encounter: encounter.ratio)

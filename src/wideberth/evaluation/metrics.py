@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,15 @@ _SLACK = 1e-3
 # Names of the two volumes that a scenario chooses itself, in the table of each intruder.
 COLLISION = "collision_volume"
 WELL_CLEAR = "well_clear_volume"
+
+
+class _Closest(NamedTuple):
+    """A closest approach: the larger and the smaller of horizontal / 500 ft and vertical / 100 ft, s, m, m."""
+
+    key: tuple[float, float]
+    t: float
+    horizontal: float
+    vertical: float
 
 
 class RunMetrics:
@@ -59,8 +68,7 @@ class RunMetrics:
         self._volumes = {**presets, COLLISION: collision_volume, WELL_CLEAR: own}
         self._losses: dict[str, dict[str, float]] = {name: {} for name in self._volumes}
         self._nmacs: dict[str, float] = {}
-        self._closest: dict[str, tuple[float, float, float, float]] = {}
-        self._worst: tuple[float, float, float, float, str] | None = None
+        self._closest: dict[str, _Closest] = {}
         self._invalid_truths = 0
         self._truth_seen = False
         self._path_length = 0.0
@@ -116,6 +124,8 @@ class RunMetrics:
         horizontal = np.hypot(relative[:, 0], relative[:, 1])
         vertical = np.abs(relative[:, 2])
         ratio = np.maximum(horizontal / NMAC_HORIZONTAL, vertical / NMAC_VERTICAL)
+        # Of equally close instants (level flight past each other) the one where the smaller ratio is least.
+        second = np.minimum(horizontal / NMAC_HORIZONTAL, vertical / NMAC_VERTICAL)
         speed = np.hypot(truth.velocities[:, 0] - own_velocity[0], truth.velocities[:, 1] - own_velocity[1])
         climb = np.abs(truth.velocities[:, 2] - own_velocity[2])
         valid = np.isfinite(ratio) & np.isfinite(speed) & np.isfinite(climb)
@@ -123,8 +133,9 @@ class RunMetrics:
         for i in np.flatnonzero(valid):
             name = truth.ids[i]
             closest = self._closest.get(name)
-            if closest is None or ratio[i] < closest[0]:
-                self._closest[name] = (float(ratio[i]), t, float(horizontal[i]), float(vertical[i]))
+            key = (round(float(ratio[i]), 6), float(second[i]))
+            if closest is None or key < closest.key:
+                self._closest[name] = _Closest(key, t, float(horizontal[i]), float(vertical[i]))
             if ratio[i] <= 1.0:
                 self._nmacs.setdefault(name, t)
         for volume_name, volume in self._volumes.items():
@@ -218,7 +229,7 @@ class RunMetrics:
         mission_length = None
         if mission is not None:
             mission_length = float(np.linalg.norm(np.diff(mission.waypoints, axis=0), axis=1).sum())
-        worst = min(self._closest.items(), key=lambda item: item[1][0], default=None)
+        worst = min(self._closest.items(), key=lambda item: item[1].key, default=None)
         notes = []
         if not known:
             notes.append("the true states are not known: no separation is scored")
@@ -232,8 +243,8 @@ class RunMetrics:
                 name: len(self._losses[name]) if known else None for name in self._presets
             },
             "violation_count": len(self._losses[COLLISION]) if known else None,
-            "min_horizontal_separation_m": worst[1][2] if worst else None,
-            "min_vertical_separation_m": worst[1][3] if worst else None,
+            "min_horizontal_separation_m": worst[1].horizontal if worst else None,
+            "min_vertical_separation_m": worst[1].vertical if worst else None,
             "alerts": len(self._alerts),
             "maneuvers": len(self._maneuver_times),
             "reversals": self._reversals.count,
@@ -248,7 +259,7 @@ class RunMetrics:
             "start_time_s": self._t_first,
             "steps": len(self._step_times),
             "closest_intruder": worst[0] if worst else None,
-            "closest_time_s": worst[1][1] if worst else None,
+            "closest_time_s": worst[1].t if worst else None,
             "worst_alert": self._worst_alert.name.lower(),
             "unknown_alert_steps": self._unknown_steps,
             "least_bad_maneuvers": self._least_bad,
@@ -269,16 +280,16 @@ class RunMetrics:
     def _per_intruder(self) -> list[dict[str, Any]]:
         """Return a row for each intruder, the closest first."""
         rows = []
-        for name, (ratio, t, horizontal, vertical) in sorted(self._closest.items(), key=lambda item: item[1][0]):
+        for name, closest in sorted(self._closest.items(), key=lambda item: item[1].key):
             first_losses = {v: self._losses[v][name] for v in self._volumes if name in self._losses[v]}
             rows.append(
                 {
                     "id": name,
                     "callsign": self._callsigns.get(name),
-                    "closest_time_s": t,
-                    "horizontal_separation_m": horizontal,
-                    "vertical_separation_m": vertical,
-                    "separation_ratio": ratio,
+                    "closest_time_s": closest.t,
+                    "horizontal_separation_m": closest.horizontal,
+                    "vertical_separation_m": closest.vertical,
+                    "separation_ratio": closest.key[0],
                     "nmac_time_s": self._nmacs.get(name),
                     "first_loss_time_s": first_losses,
                     "alerts": sum(1 for _, alerted in self._alerts if alerted == name),

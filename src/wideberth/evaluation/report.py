@@ -16,6 +16,8 @@ from wideberth.evaluation.report_style import png, svg
 from wideberth.recording import Recording
 from wideberth.units import DEGREE
 
+# More than this many near aircraft are not told apart by colour any more.
+NEAR_MAX = 8
 _TITLES = {
     "map": "Map of the flight",
     "altitude": "Altitude against time",
@@ -53,7 +55,7 @@ def write_report(
     log = FlightLog.of(recording.steps())
     if not log.own.rows:
         raise InputError(f"{recording.path} has no steps: there is nothing to report")
-    near = encounters(log)
+    near = encounters(log)[:NEAR_MAX]
     figures = {
         "map": map_figure(log, near, recording.mission),
         "altitude": altitude_figure(log, near, recording.mission, recording.frame),

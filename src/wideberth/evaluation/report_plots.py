@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import NDArray
 
 from wideberth.evaluation.flight_log import Encounter, FlightLog
@@ -183,7 +183,7 @@ def _separation_axes(
     left.set_yscale("log")
     left.set_ylim(min([*bounds, least, 200.0]) * 0.6, 20_000.0)
     left.yaxis.set_major_formatter(FuncFormatter(lambda v, _: f"{v / 1000:g} km" if v >= 1000 else f"{v:g} m"))
-    left.yaxis.set_minor_formatter(FuncFormatter(lambda *_: ""))
+    left.yaxis.set_minor_formatter(NullFormatter())
     c = encounter.closest
     half = max(1.4 * max((z for _, _, z in limits), default=100.0), 1.5 * abs(float(encounter.above[c])), 150.0)
     right.set_ylim(-half, half)

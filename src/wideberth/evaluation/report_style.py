@@ -94,6 +94,13 @@ RC: dict[Any, Any] = {
 }
 
 
+def _settle(figure: Figure) -> None:
+    """Lay the figure out once for all: each save would do it again."""
+    if figure.get_layout_engine() is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
+
+
 def new_figure(width: float, height: float) -> Figure:
     """Return an empty figure; the size is in inches."""
     return Figure(figsize=(width, height), layout="constrained")
@@ -112,6 +119,7 @@ def traffic_dashes(index: int) -> str:
 def png(figure: Figure) -> bytes:
     """Return the figure as PNG, in the light colours."""
     with rc_context(RC):
+        _settle(figure)
         out = BytesIO()
         figure.savefig(out, format="png", dpi=150, metadata={"Software": None})
     return out.getvalue()
@@ -120,6 +128,7 @@ def png(figure: Figure) -> bytes:
 def svg(figure: Figure, title: str) -> str:
     """Return the figure as inline SVG that takes its colours from the page; `title` is what a screen reader says."""
     with rc_context(RC):
+        _settle(figure)
         out = StringIO()
         figure.savefig(out, format="svg", transparent=True, metadata={"Date": None, "Creator": None})
     text = out.getvalue()

@@ -38,7 +38,7 @@ COLUMNS = (
     ("sigma_v_m", "float64", "m", "standard deviation of the altitude"),
     ("status", "string", "", "tentative, confirmed, or coasting (no recent measurement)"),
 )
-_ROWS_AT_ONCE = 50_000
+_ROWS_AT_ONCE = 20_000
 _EVERYWHERE = 2.1e7  # m, half round the Earth
 
 
@@ -84,11 +84,11 @@ def tracks(
         seen: set[str] = set()
         rows = 0
         try:
-            with _Writer(partial) as writer:
+            with _Writer(partial, frame) as writer:
                 for t, found in _tracked(reports, frame, tracker):
                     rows += len(found)
                     seen.update(track.id for track in found)
-                    writer.write(_rows(t, found, frame))
+                    writer.write(found)
                     progress.update(task, completed=min(t, end) - reports[0].t)
             os.replace(partial, out)
         finally:
@@ -98,7 +98,7 @@ def tracks(
         "aircraft with positions": len({report.address for report in located}),
         "positions given to the tracker": len(located),
         "tracks": len(seen),
-        "rows": rows,
+        "rows written": rows,
     }
     console.print(_table(traffic, results, tracker.counters, traffic.health(end).rejects))
     console.print(f"{rows} rows written to {out}", highlight=False, markup=False)
@@ -138,7 +138,7 @@ def _tracked(
             t = max(t, float(math.ceil(times[bisect_right(times, t - 1.0)])))
 
 
-def _rows(t: float, found: "Sequence[Track]", frame: "LocalFrame") -> dict[str, list[Any]]:
+def _columns(found: "Sequence[Track]", frame: "LocalFrame") -> dict[str, list[Any]]:
     import numpy as np
 
     positions = np.array([track.position for track in found])
@@ -155,21 +155,21 @@ def _rows(t: float, found: "Sequence[Track]", frame: "LocalFrame") -> dict[str, 
         "sigma_h_m": np.sqrt((variances[:, 0] + variances[:, 1]) / 2),
         "sigma_v_m": np.sqrt(variances[:, 2]),
     }
-    rows: dict[str, list[Any]] = {
-        "time_s": [t] * len(found),
+    columns: dict[str, list[Any]] = {
+        "time_s": [track.t for track in found],
         "icao": [track.id for track in found],
         "callsign": [track.info.callsign for track in found],
         "status": [track.status.name.lower() for track in found],
     }
     for name, values in numbers.items():
-        rows[name] = [value if math.isfinite(value) else None for value in values.tolist()]
-    return rows
+        columns[name] = [value if math.isfinite(value) else None for value in values.tolist()]
+    return columns
 
 
 class _Writer:
     """Parquet file written in row groups; unit and meaning of each column stand in the column's metadata."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, frame: "LocalFrame") -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -181,7 +181,8 @@ class _Writer:
         ]
         self._schema = pa.schema(fields, metadata={"content": "one row per track and second, by wideberth tracks"})
         self._writer = pq.ParquetWriter(path, self._schema)
-        self._columns: dict[str, list[Any]] = {name: [] for name, *_ in COLUMNS}
+        self._frame = frame
+        self._waiting: list[Track] = []
 
     def __enter__(self) -> "_Writer":
         return self
@@ -190,17 +191,17 @@ class _Writer:
         self._flush()
         self._writer.close()
 
-    def write(self, rows: dict[str, list[Any]]) -> None:
-        for name, values in rows.items():
-            self._columns[name] += values
-        if len(self._columns["time_s"]) >= _ROWS_AT_ONCE:
+    def write(self, found: "Sequence[Track]") -> None:
+        self._waiting += found
+        if len(self._waiting) >= _ROWS_AT_ONCE:
             self._flush()
 
     def _flush(self) -> None:
         import pyarrow as pa
 
-        self._writer.write_table(pa.table(self._columns, schema=self._schema))
-        self._columns = {name: [] for name in self._columns}
+        if self._waiting:
+            self._writer.write_table(pa.table(_columns(self._waiting, self._frame), schema=self._schema))
+            self._waiting = []
 
 
 def _table(

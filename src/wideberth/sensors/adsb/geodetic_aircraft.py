@@ -75,7 +75,10 @@ class GeodeticAircraft:
             self.results["positions"] += 1
             if len(self.use.places) > users == 1:
                 self.results["addresses used by two aircraft"] += 1
-        self._values = tuple(old if math.isnan(new) else new for new, old in zip(values, self._values, strict=True))
+        if math.isnan(sum(values)):
+            self._values = tuple(old if math.isnan(new) else new for new, old in zip(values, self._values, strict=True))
+        else:
+            self._values = values
         if math.isnan(latitude) and all(math.isnan(value) for value in fresh):
             return None
         pressure_altitude, geometric_altitude, north, east, up = fresh

@@ -12,6 +12,7 @@ from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.units import DEGREE, FOOT, FOOT_PER_MINUTE, KNOT
 
 _MILLISECONDS_FROM = 1e11  # as milliseconds the year 1973, as seconds the year 5138
+_HUGE = 1e15  # more than any number in a row means
 _NUMBERS = ("latitude", "longitude", "altitude", "geoaltitude", "groundspeed", "track", "vertical_rate")
 
 
@@ -76,7 +77,7 @@ class TrajectoryReader:
             if not isinstance(address, str) or not address.strip():
                 self._rejects["row without address"] += 1
                 continue
-            if not isinstance(stamp, (int, float)) or isinstance(stamp, bool) or not abs(stamp) < 1e15:
+            if not isinstance(stamp, (int, float)) or isinstance(stamp, bool) or not abs(stamp) < _HUGE:
                 self._rejects["time not a number"] += 1
                 continue
             t = stamp / 1000.0 if abs(stamp) >= _MILLISECONDS_FROM else float(stamp)
@@ -103,8 +104,11 @@ class TrajectoryReader:
         if row.get("onground") is True:
             self._rejects["surface"] += 1
             return None
-        self.kinds["rows"] += 1
-        latitude, longitude, altitude, geometric, speed, track, climb = (_number(row.get(name)) for name in _NUMBERS)
+        self.kinds["rows in flight"] += 1
+        latitude, longitude, altitude, geometric, speed, track, climb = [
+            value if type(value := row.get(name)) is float and -_HUGE < value < _HUGE else _number(value)
+            for name in _NUMBERS
+        ]
         position = None if math.isnan(latitude) or math.isnan(longitude) else (latitude, longitude)
         if position is None:
             self.results["rows without position"] += 1
@@ -118,7 +122,7 @@ class TrajectoryReader:
 
 def _number(value: object) -> float:
     """Return a number, NaN for anything else (null, text, infinity)."""
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < 1e15:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < _HUGE:
         return float(value)
     return math.nan
 

@@ -71,6 +71,13 @@ def test_separations_belong_to_the_worst_instant_not_to_the_least_of_each():
     assert s["nmac_count"] == 0 and s["intruders"] == 2
 
 
+def test_of_equally_close_instants_the_nearest_counts():
+    # Passing level 20 m above: the vertical ratio is the larger one for several seconds about the CPA.
+    s = scores(fly([[6000.0, 10, -520]], [[-40.0, 0, 0]]))
+    assert s["min_horizontal_separation_m"] == pytest.approx(10.0, abs=0.7)
+    assert s["min_vertical_separation_m"] == pytest.approx(20.0)
+
+
 def test_a_long_or_repeated_loss_counts_once():
     metrics = RunMetrics(COLLISION_VOLUME, "astm_f3442")
     for t in np.arange(0, 60, 0.1):

@@ -30,7 +30,6 @@ FloatArray = NDArray[np.float64]
 
 # sqrt of the 95 % quantile of chi-squared with 2 degrees of freedom.
 ELLIPSE_95 = 2.4477
-LABELLED_MAX = 8
 _ELLIPSES_MAX = 9
 _MARGIN = 0.09
 _ASPECT_MIN, _ASPECT_MAX = 0.5, 0.86
@@ -79,7 +78,7 @@ def _limits(log: FlightLog, near: list[Encounter], mission: Mission | None) -> t
     points = [log.own.positions[:, :2]]
     if mission is not None:
         points.append(mission.waypoints[:, :2])
-    points += [encounter.positions[encounter.closest : encounter.closest + 1, :2] for encounter in near[:LABELLED_MAX]]
+    points += [encounter.positions[encounter.closest : encounter.closest + 1, :2] for encounter in near]
     both = np.concatenate(points)
     (n0, e0), (n1, e1) = both.min(axis=0), both.max(axis=0)
     side = max(n1 - n0, e1 - e0, 2000.0)
@@ -101,7 +100,7 @@ def _draw_near(
         inside = (e > limits[0]) & (e < limits[1]) & (n > limits[2]) & (n < limits[3])
         avoid.append(_thin(np.column_stack([e, n])[inside], 150))
         _arrow(axes, e, n, inside, colour)
-        if encounter.id in log.tracks and k < LABELLED_MAX:
+        if encounter.id in log.tracks:
             _draw_track(axes, log.tracks[encounter.id], limits, colour)
         c = encounter.closest
         axes.plot([e[c], encounter.own[c, 1]], [n[c], encounter.own[c, 0]], color=colour, linewidth=0.9, zorder=6)
@@ -110,12 +109,11 @@ def _draw_near(
             encounter.own[c, 1], encounter.own[c, 0], "o", markersize=5, markerfacecolor=colour,
             markeredgecolor="white", zorder=10,
         )  # fmt: skip
-        if k < LABELLED_MAX:
-            text = (
-                f"{encounter.label}\n{_distance(encounter.horizontal[c])}, {_height(encounter.above[c])}"
-                f" at {clock(encounter.t[c] - log.own.t[0])}"
-            )
-            labels.append(Label(float(e[c]), float(n[c]), text, colour, bold=False))
+        text = (
+            f"{encounter.label}\n{_distance(encounter.horizontal[c])}, {_height(encounter.above[c])}"
+            f" at {clock(encounter.t[c] - log.own.t[0])}"
+        )
+        labels.append(Label(float(e[c]), float(n[c]), text, colour, bold=False))
     return labels
 
 

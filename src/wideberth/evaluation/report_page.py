@@ -113,11 +113,7 @@ def page(
     state, headline, sentence = verdict(summary)
     style = _STYLE.replace("LIGHT", css_variables(dark=False)).replace("DARK", css_variables(dark=True))
     others = len(log.aircraft()) - len(near)
-    faint = (
-        f" {_count(others, 'other aircraft', 'other aircraft')} stayed farther away and are drawn faint."
-        if others
-        else ""
-    )
+    faint = f" {_count(others, 'other aircraft', 'other aircraft')} farther away, drawn faint." if others else ""
     return f"""<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
 <title>{escape(title)}</title><style>{style}</style></head><body><main>

@@ -52,7 +52,7 @@ def altitude_figure(log: FlightLog, near: list[Encounter], mission: Mission | No
         altitude = frame.to_geodetic(own)[2]
         labels, avoid = [], [np.column_stack([own_t - t0, altitude])[:: max(1, len(own_t) // 300)]]
         values = [altitude]
-        for k, encounter in enumerate(near[:8]):
+        for k, encounter in enumerate(near):
             close = encounter.horizontal < _NEAR_HORIZONTAL
             height = np.where(close, frame.to_geodetic(encounter.positions)[2], np.nan)
             axes.plot(

@@ -121,6 +121,7 @@ class AdsbKalmanTracker:
                 self._update(batch, events)
                 batch, queued = [], set()
             if aircraft.in_order(report):
+                self._lose_invalid(aircraft, report.t, events)
                 update = aircraft.before(report)
                 if isinstance(update, Outcome):
                     self._account(update, events)
@@ -209,14 +210,12 @@ class AdsbKalmanTracker:
         if alive:
             output = self._bank.output([f.slot for _, f in alive], t)
             for (a, f), position, velocity, acceleration, covariance, spread in zip(alive, *output, strict=True):
-                age = t - f.t_position
-                confirmed = f.accepted >= c.confirm_positions
-                if spread > a.bound or age > (c.lost_after_s if confirmed else c.tentative_lost_after_s):
-                    self._lose(a, f, t, float(spread), events)
+                if self._lose_if_invalid(a, f, t, float(spread), events):
                     continue
                 status = TrackStatus.TENTATIVE
-                if confirmed:
-                    status = TrackStatus.COASTING if age > c.coast_after_s else TrackStatus.CONFIRMED
+                if f.accepted >= c.confirm_positions:
+                    coasting = t - f.t_position > c.coast_after_s
+                    status = TrackStatus.COASTING if coasting else TrackStatus.CONFIRMED
                 tracks.append(
                     Track(
                         a.address if f.number == 1 else f"{a.address}#{f.number}",
@@ -237,11 +236,23 @@ class AdsbKalmanTracker:
             del self._aircraft[address]
         return tuple(tracks)
 
-    def _lose(self, a: AdsbAircraft, f: AircraftFilter, t: float, spread: float, events: list[str]) -> None:
+    def _lose_invalid(self, a: AdsbAircraft, t: float, events: list[str]) -> None:
+        """Before a report is used: drop the filters that it finds invalid, however long the steps of the clock are."""
+        for f in list(a.filters):
+            if t - f.t_position > self._config.coast_after_s:
+                spread = self._bank.output([f.slot], t)[-1]
+                self._lose_if_invalid(a, f, t, float(spread[0]), events)
+
+    def _lose_if_invalid(self, a: AdsbAircraft, f: AircraftFilter, t: float, spread: float, events: list[str]) -> bool:
+        c = self._config
+        longest = c.lost_after_s if f.accepted >= c.confirm_positions else c.tentative_lost_after_s
+        if spread <= a.bound and t - f.t_position <= longest:
+            return False
         why = f", uncertainty above {a.bound:.0f} m" if spread > a.bound else ""
         events.append(f"track {a.name(f.number)} lost: no position for {t - f.t_position:.0f} s{why}")
         self._counters["track lost"] += 1
         a.drop(f, t)
+        return True
 
 
 def _validity(row: tuple[Report, str, SourceInfo, str]) -> float:

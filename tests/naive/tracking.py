@@ -1,0 +1,56 @@
+"""Naive twin of the ADS-B filter: one 12-state Kalman filter with full matrices, walked step by step."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import block_diag, expm
+
+FloatArray = NDArray[np.float64]
+
+
+def discrete(dt: float, density: float, tau_a: float, tau_j: float) -> tuple[FloatArray, FloatArray]:
+    """Return transition and process noise of one axis: the matrix exponential, and its integral by Gauss's rule."""
+    f = np.diag([1.0, 1.0, 1.0], 1)
+    f[2, 2], f[3, 3] = -1 / tau_a, -1 / tau_j
+    g = np.zeros((4, 4))
+    g[3, 3] = density
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    values = [expm(f * s) @ g @ expm(f * s).T for s in 0.5 * dt * (nodes + 1)]
+    return expm(f * dt), 0.5 * dt * np.einsum("i,ijk->jk", weights, np.array(values))
+
+
+class TwelveStates:
+    """States in the order position, velocity, acceleration, jerk, each north, east, down."""
+
+    def __init__(
+        self, phi: tuple[FloatArray, FloatArray], q: tuple[FloatArray, FloatArray], x: FloatArray, p: FloatArray
+    ) -> None:
+        order = [axis * 4 + state for state in range(4) for axis in range(3)]
+        pick = np.ix_(order, order)
+        self.f = block_diag(phi[0], phi[0], phi[1])[pick]
+        self.q = block_diag(q[0], q[0], q[1])[pick]
+        self.x = x.reshape(12)[order]
+        self.p = block_diag(*p)[pick]
+
+    def predict(self) -> None:
+        self.x = self.f @ self.x
+        self.p = self.f @ self.p @ self.f.T + self.q
+
+    def update(self, states: list[int], z: FloatArray, r: FloatArray, gate: float) -> tuple[bool, float]:
+        """Update with measurements of some states at once, if they pass the gate; return that and the NIS."""
+        h = np.eye(12)[states]
+        s = h @ self.p @ h.T + np.diag(r)
+        y = z - h @ self.x
+        nis = float(y @ np.linalg.solve(s, y))
+        if nis > gate**2:
+            return False, nis
+        k = self.p @ h.T @ np.linalg.inv(s)
+        self.x = self.x + k @ y
+        i = np.eye(12) - k @ h
+        self.p = i @ self.p @ i.T + k @ np.diag(r) @ k.T  # Joseph's form
+        return True, nis
+
+    def axes(self) -> tuple[FloatArray, FloatArray]:
+        """Return states (3, 4) and covariances (3, 4, 4) by axis."""
+        x = self.x.reshape(4, 3).T
+        p = np.array([self.p[np.ix_(range(a, 12, 3), range(a, 12, 3))] for a in range(3)])
+        return x, p

@@ -1,6 +1,6 @@
 """The modules that hold compiled kernels, and their warm-up.
 
-Each has a plain function ``warmup()`` that calls its kernels once with small arguments of the right types.
+Each has a plain function ``warmup()`` that calls what Python calls of it, with small arguments.
 """
 
 import importlib

@@ -62,3 +62,11 @@ def states_at_many(
             for i in range(6):
                 out[k, aircraft[s], i] = states[low, i] + fraction * (states[low + 1, i] - states[low, i])
             k += 1
+
+
+def warmup() -> None:
+    """Compile every kernel of this module."""
+    offsets, aircraft = np.array([0, 2]), np.zeros(1, np.int64)
+    times, states = np.array([0.0, 1.0]), np.zeros((2, 6))
+    states_at(0.5, offsets, aircraft, times, states, np.empty((1, 6)), np.empty(1, np.int64))
+    states_at_many(times, offsets, aircraft, times, states, np.empty((2, 1, 6)))

@@ -252,3 +252,21 @@ def fly_path(
         for i in range(N_STATES):
             out_states[k, i] = x[i]
     return index
+
+
+def warmup() -> None:
+    """Compile every kernel that is called from Python."""
+    x, u, wind, p = np.ones(N_STATES), np.ones(3), np.zeros(3), np.ones(N_PARAMS)
+    waypoints, speeds = np.array([[0.0, 0.0, 0.0], [1e6, 0.0, 0.0]]), np.ones(2)
+    point_mass_step(x, u, wind, p, 0.1)
+    ground_velocity(x, wind, u)
+    course_over_ground(x, wind)
+    follow_path(x, waypoints, speeds, 1, p, wind, u)
+    fly_path(x, waypoints, speeds, 1, p, wind, 0.1, 1, np.empty((1, N_STATES)))
+    speed_to_arrive(0.0, x, waypoints[1], 1.0, 1.0, 2.0)
+    waypoint_passed(x, waypoints, 1, p, wind)
+    leg_start(waypoints, 1)
+    leg_end(waypoints, 0)
+    turn_radius(1.0, 1.0)
+    wrap_angle(1.0)
+    clip(1.0, 0.0, 2.0)

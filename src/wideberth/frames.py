@@ -1,8 +1,8 @@
 """WGS84, ECEF and the local frame.
 
-The local frame is north, east, down about an origin. Horizontally it is the tangent plane at the origin; *down* is minus
-the altitude itself (not the distance below the tangent plane), so that altitude differences are exact at any distance:
-the tangent plane alone is 25 m too high at 18 km. ``altitude = -down`` is written here and nowhere else.
+The local frame is north, east, down about an origin. Horizontally it is the tangent plane at the origin; *down* is
+minus the altitude itself (not the distance below the tangent plane), so that altitude differences are exact at any
+distance: the tangent plane alone is 25 m too high at 18 km. ``altitude = -down`` is written here and nowhere else.
 """
 
 import math
@@ -75,14 +75,14 @@ class LocalFrame:
     def __post_init__(self) -> None:
         if not (abs(self.latitude) <= math.pi / 2 and abs(self.longitude) <= 2 * math.pi):
             raise ValueError(
-                f"origin latitude {math.degrees(self.latitude):.6g} deg, longitude {math.degrees(self.longitude):.6g} deg"
-                " is not on the Earth"
+                f"origin latitude {math.degrees(self.latitude):.6g} deg,"
+                f" longitude {math.degrees(self.longitude):.6g} deg is not on the Earth"
             )
         object.__setattr__(self, "_origin", ecef(self.latitude, self.longitude, 0.0))
         object.__setattr__(self, "_rotation", rotation_ned_ecef(self.latitude, self.longitude))
 
     def to_ned(self, latitude: ArrayLike, longitude: ArrayLike, altitude: ArrayLike) -> FloatArray:
-        """Return local positions (..., 3), m, of latitudes, longitudes (rad) and altitudes (m; NaN stays NaN in *down*)."""
+        """Return local positions (..., 3), m, of latitudes, longitudes (rad) and altitudes (m; NaN stays in *down*)."""
         lat, lon, alt = np.broadcast_arrays(*(np.asarray(x, float) for x in (latitude, longitude, altitude)))
         ned = (ecef(lat, lon, np.zeros_like(lat)) - self._origin) @ self._rotation.T
         ned[..., 2] = -alt

@@ -82,7 +82,7 @@ class SourceInfo:
 
 @dataclass(frozen=True, slots=True)
 class SensorHealth:
-    """How a sensor does: age of its last message (s, inf if none), messages a second, rejects by cause, state in words."""
+    """How a sensor does: age of its last message (s, inf if none), messages a second, rejects by cause, and state."""
 
     age: float
     rate: float

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from tests.naive import conflict as naive
 
+from tests.naive import conflict as naive
 from wideberth.conflict.cpa import horizontal_cpa, spatial_cpa
 from wideberth.conflict.detection import (
     PAPER_COLLISION,

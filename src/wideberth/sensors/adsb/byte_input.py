@@ -9,6 +9,7 @@ from wideberth.errors import InputError
 
 _GZIP = b"\x1f\x8b"
 _PIECE = 1 << 18
+_STEP = 512  # bytes unpacked at once: what a damaged step would have given is lost
 
 
 class ByteInput:
@@ -75,18 +76,20 @@ class ByteInput:
             if not self._gzip.eof and not self.damage:
                 self.damage = "truncated gzip"
             return b""
-        unpacked = b""
+        unpacked = bytearray()
         try:
-            while data:
-                if self._gzip.eof:
-                    if not data.strip(b"\0"):
-                        break
-                    self._gzip = zlib.decompressobj(wbits=31)
-                unpacked += self._gzip.decompress(data)
-                data = self._gzip.unused_data
+            for start in range(0, len(data), _STEP):
+                packed = data[start : start + _STEP]
+                while packed:
+                    if self._gzip.eof:
+                        if not packed.strip(b"\0"):
+                            break
+                        self._gzip = zlib.decompressobj(wbits=31)
+                    unpacked += self._gzip.decompress(packed)
+                    packed = self._gzip.unused_data
         except zlib.error:
             self.damage = "damaged gzip"
-        return unpacked
+        return bytes(unpacked)
 
     def close(self) -> None:
         """Close the file (standard input stays open)."""

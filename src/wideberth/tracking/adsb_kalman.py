@@ -25,6 +25,9 @@ _FUTURE_SECONDS = 0.5
 _FORGET_SECONDS = 900.0
 """An address without track and without reports for this long is forgotten."""
 
+_LARGEST = np.array([2e7, 2e7, 1e5, 2e3, 2e3, 2e3])
+"""Largest position, altitude and velocity that are believed to come from the air at all, m and m/s."""
+
 _BLANK = SourceInfo()
 
 
@@ -185,8 +188,8 @@ class AdsbKalmanTracker:
                 ("time not finite", ~np.isfinite(times)),
                 ("time in the future", times > t + _FUTURE_SECONDS),
                 ("too late", times < oldest),
-                ("value not finite", np.isinf(scan.z).any(axis=1)),
-                ("variance not positive", ~((variances > 0.0) | np.isnan(scan.z)).all(axis=1)),
+                ("value out of range", (np.abs(scan.z) > _LARGEST).any(axis=1)),
+                ("variance out of range", ~(((variances > 1e-12) & (variances < 1e12)) | np.isnan(scan.z)).all(axis=1)),
             ):
                 if bad.any():
                     self._counters[key] += int(np.count_nonzero(bad & good))

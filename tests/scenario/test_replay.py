@@ -8,6 +8,7 @@ import sys
 import time
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 from typer.testing import CliRunner
@@ -20,7 +21,10 @@ from wideberth.recording import Recorder, read_recording
 from wideberth.run import run_scenario
 from wideberth.types import Ownship
 
-DURATION = 30.0
+# Without the compiler a plan takes a second.
+DURATION = 3.0 if numba.config.DISABLE_JIT else 30.0
+STEPS = round(DURATION / 0.1) + 1
+NUDGED = 2 * STEPS // 5
 
 
 def tables(duration=DURATION, **general):
@@ -62,7 +66,7 @@ def tables(duration=DURATION, **general):
 def recorded(tmp_path_factory):
     out = tmp_path_factory.mktemp("run")
     summary = run_scenario(build_scenario(tables()), out, report=False)
-    assert summary["steps"] == 301 and summary["maneuvers"] >= 1
+    assert summary["steps"] == STEPS and summary["maneuvers"] >= 1
     return out / "recording.mcap"
 
 
@@ -73,7 +77,7 @@ def command(*arguments):
 def test_a_replay_is_identical_to_the_last_bit(recorded):
     result = command("replay", recorded)
     assert result.exit_code == 0, result.output
-    assert "identical: 301 steps" in result.output
+    assert f"identical: {STEPS} steps" in result.output
 
 
 def test_a_replay_writes_the_report_again(recorded, tmp_path):
@@ -92,7 +96,7 @@ def rewrite(recorded, path, change):
 def test_a_decision_off_by_the_last_bit_is_found(recorded, tmp_path):
     def nudge(k, step):
         snapshot = step.snapshot
-        if k == 123:
+        if k == NUDGED:
             track = snapshot.tracks[1]
             position = track.position.copy()
             position[2] += 3e-13 * abs(position[2])
@@ -103,7 +107,7 @@ def test_a_decision_off_by_the_last_bit_is_found(recorded, tmp_path):
     rewrite(recorded, tmp_path / "nudged.mcap", nudge)
     result = command("replay", tmp_path / "nudged.mcap")
     assert result.exit_code == 1
-    assert "different at 12.300 s (step 124 of 301): tracks[1].position[2]" in result.output
+    assert f"different at {NUDGED / 10:.3f} s (step {NUDGED + 1} of {STEPS}): tracks[1].position[2]" in result.output
 
 
 def test_a_different_scenario_decides_differently(recorded):
@@ -136,15 +140,15 @@ def test_kill_9_in_a_run_leaves_a_recording_that_replays(tmp_path):
     script = (
         "import os, signal, sys; from pathlib import Path\n"
         "from wideberth.config import build_scenario; from wideberth.run import run_scenario\n"
-        "from tests.scenario.test_replay import tables\n"
+        "from tests.scenario.test_replay import DURATION, tables\n"
         "def progress(elapsed, planned, snapshot):\n"
-        "    if elapsed >= 12.75: os.kill(os.getpid(), signal.SIGKILL)\n"
+        "    if elapsed >= 0.6 * DURATION - 0.05: os.kill(os.getpid(), signal.SIGKILL)\n"
         "run_scenario(build_scenario(tables()), Path(sys.argv[1]), progress)\n"
     )
     done = subprocess.run([sys.executable, "-c", script, tmp_path / "run"], cwd=root, env=os.environ, check=False)
     assert done.returncode == -signal.SIGKILL
     recording = read_recording(tmp_path / "run" / "recording.mcap")
-    assert not recording.complete and recording.t_end > 12.8 - 1.0
+    assert not recording.complete and recording.t_end > 0.6 * DURATION - 1.0
     result = command("replay", tmp_path / "run" / "recording.mcap")
     assert result.exit_code == 0 and f"identical: {recording.step_count} steps" in result.output
 

@@ -22,7 +22,7 @@ from wideberth.run import run_scenario
 from wideberth.types import Ownship
 
 # Without the compiler a plan takes a second.
-DURATION = 3.0 if numba.config.DISABLE_JIT else 30.0
+DURATION = 3.0 if vars(numba.config)["DISABLE_JIT"] else 30.0
 STEPS = round(DURATION / 0.1) + 1
 NUDGED = 2 * STEPS // 5
 

@@ -49,9 +49,7 @@ class AlertFilter:
         held: dict[str, tuple[AlertLevel, float]] = {}
         for threat in threats:
             level, since = self._held.get(threat.track_id, (threat.level, t))
-            if threat.level >= level:
-                level, since = threat.level, t
-            elif t - since >= self._hold:
+            if threat.level >= level or t - since >= self._hold:
                 level, since = threat.level, t
             held[threat.track_id] = (level, since)
             filtered.append(threat if level is threat.level else _with_level(threat, level))

@@ -36,7 +36,7 @@ from wideberth.avoidance.kernels import (
     terminal_cost,
     wrap,
 )
-from wideberth.vehicles.kernels import N_PARAMS, fly_path, waypoint_passed
+from wideberth.vehicles.kernels import N_PARAMS, P_CAPTURE, fly_path, waypoint_passed
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -80,7 +80,7 @@ def path_cost(
 ) -> float:
     """Return what a flown path cost: its risk, plus being away from the mission at its end."""
     x = states[states.shape[0] - 1]
-    return met[COST] + terminal_cost(x[0], x[1], x[2], goal, speed, climb_rate, goal_weights)
+    return float(met[COST] + terminal_cost(x[0], x[1], x[2], goal, speed, climb_rate, goal_weights))
 
 
 @jit
@@ -153,6 +153,8 @@ def decide(
     """
     dt = policy[DT]
     n = (states.shape[0] - 1) // STRIDE + 1
+    free = vehicle.copy()  # a maneuver's waypoint is never flown back to
+    free[P_CAPTURE] = math.inf
     goal, start = np.empty(3), np.empty(N_LABEL)
     # The speed the mission wants, not the one of this moment: a plan flown slowly would look safe and never be flown.
     wanted = mission_speeds[min(mission_index, mission_speeds.shape[0] - 1)]
@@ -179,10 +181,10 @@ def decide(
     if active:
         n_points = int(plan[N_POINTS])
         index = int(plan[POINT_INDEX])
-        look_ahead(x, points[:n_points], speeds[:n_points], index, vehicle, dt, states)
+        look_ahead(x, points[:n_points], speeds[:n_points], index, free, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
         kept_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_kept)
-        if met_kept[FIRST_OUTER] == math.inf and t - plan[T_CHOSEN] < policy[RENEW]:
+        if met_kept[FIRST_OUTER] > policy[TRIGGER] and t - plan[T_CHOSEN] < policy[RENEW]:
             return KEEP
 
     start[NORTH], start[EAST], start[DOWN] = x[0], x[1], x[2]
@@ -202,7 +204,7 @@ def decide(
         elapsed += ring_steps[ring] * dt
         new_points[ring + 1] = labels[path[ring], :3]
         new_times[ring + 1] = t + elapsed
-    look_ahead(x, new_points, new_speeds, 1, vehicle, dt, states)
+    look_ahead(x, new_points, new_speeds, 1, free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
     new_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_new)
     if active:

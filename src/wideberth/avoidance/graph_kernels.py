@@ -26,6 +26,8 @@ HEADING_REACH = 10  # largest course change on one edge, rad
 COST_LEFT = 11  # per rad to the left: among equals, turn right
 N_LIMITS = 12
 
+FINE_TIME = 30.0  # s of look-ahead up to which the risk of an edge is sampled at every grid time
+
 # A label: where the best path to a node arrives.
 NORTH, EAST, DOWN, COURSE, CLIMB, LABEL_COST = 0, 1, 2, 3, 4, 5
 N_LABEL = 6
@@ -76,7 +78,11 @@ def fly_edge(
     pn, pe, pd, course, climb = label[NORTH], label[EAST], label[DOWN], label[COURSE], label[CLIMB]
     cost = label[LABEL_COST]
     speed = limits[SPEED]
-    for step in range(1, n_steps + 1):
+    # Far ahead every second sample is enough to choose by; the chosen path is judged at all of them.
+    stride = 2 if k_start * dt >= FINE_TIME and n_steps % 2 == 0 else 1
+    grid = dt
+    dt = stride * grid
+    for step in range(1, n_steps // stride + 1):
         middle = course
         if step * dt > delay:
             most = limits[TURN_RATE] * dt
@@ -89,12 +95,12 @@ def fly_edge(
         pn += vn * dt
         pe += ve * dt
         pd -= climb * dt
-        k = k_start + step
-        cost += risk_at(pn, pe, pd, vn, ve, -climb, intruders, weight, n_intruders, k, k * dt, dt, 1.0, risk, met)
+        k = k_start + stride * step
+        cost += risk_at(pn, pe, pd, vn, ve, -climb, intruders, weight, n_intruders, k, k * grid, dt, 1.0, risk, met)
         if cost >= bound:
             return math.inf
     end[NORTH], end[EAST], end[DOWN], end[COURSE], end[CLIMB] = pn, pe, pd, course, climb
-    return cost
+    return float(cost)
 
 
 @jit
@@ -136,7 +142,19 @@ def fly_ring_edge(
         if cost >= bound:
             return math.inf
     end[NORTH], end[EAST], end[DOWN], end[COURSE], end[CLIMB] = place[0], place[1], place[2], course, -vd
-    return cost
+    return float(cost)
+
+
+@jit
+def sort_labels(labels: Floats, first: int, count: int, order: Integers) -> None:
+    """Write the labels first ... first + count - 1 into `order`, the cheapest first (insertion sort)."""
+    for i in range(count):
+        node = first + i
+        j = i
+        while j > 0 and labels[order[j - 1], LABEL_COST] > labels[node, LABEL_COST]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = node
 
 
 @jit
@@ -198,11 +216,18 @@ def search_map(
     n_rings = ring_steps.shape[0]
     end, met = np.empty(N_LABEL), np.empty(N_MET)
     place = np.empty(3)
+    order = np.empty(labels.shape[0], np.int64)
     k_start = 0
     elapsed = 0.0
     vertical = max(limits[CLIMB_MAX], 0.1)
     for ring in range(n_rings):
         elapsed += ring_steps[ring] * dt
+        # Cheapest sources first: what they leave as the best cost cuts the others short.
+        n_sources = 1
+        order[0] = -1
+        if ring > 0:
+            n_sources = ring_start[ring] - ring_start[ring - 1]
+            sort_labels(labels, ring_start[ring - 1], n_sources, order)
         for node in range(ring_start[ring], ring_start[ring + 1]):
             labels[node, LABEL_COST] = math.inf
             parent[node] = -1
@@ -212,13 +237,12 @@ def search_map(
                 place[0] = start[NORTH] + limits[SPEED] * elapsed * math.cos(course_target)
                 place[1] = start[EAST] + limits[SPEED] * elapsed * math.sin(course_target)
                 place[2] = down_target
-            first = -1 if ring == 0 else ring_start[ring - 1]
-            last = 0 if ring == 0 else ring_start[ring]
-            for source in range(first, last):
+            for rank in range(n_sources):
+                source = order[rank]
                 label = start if source < 0 else labels[source]
                 before = 0.0 if source < 0 else label[LABEL_COST]
                 if before >= labels[node, LABEL_COST]:
-                    continue
+                    break
                 clear_met(met)
                 if geometry == RINGS:
                     saved = label[LABEL_COST]
@@ -267,7 +291,7 @@ def search_map(
     for ring in range(n_rings - 1, -1, -1):
         path[ring] = node
         node = parent[node]
-    return n_rings
+    return int(n_rings)
 
 
 def warmup() -> None:

@@ -44,7 +44,7 @@ def turn_rate(vn: float, ve: float, an: float, ae: float, sigma_a: float, risk: 
     omega = lateral / math.sqrt(v2)
     if abs(lateral) < risk[TURN_SIGNIFICANCE] * sigma_a or abs(omega) < risk[TURN_RATE_MIN]:
         return 0.0
-    return max(-risk[TURN_RATE_MAX], min(risk[TURN_RATE_MAX], omega))
+    return float(max(-risk[TURN_RATE_MAX], min(risk[TURN_RATE_MAX], omega)))
 
 
 @jit
@@ -144,7 +144,7 @@ def predict_intruders(
 @jit
 def widened(size: float, sigma: float, growth: float, risk: Floats, t: float) -> float:
     """Return a dimension of a volume widened for uncertainty and unknown intentions."""
-    return size + min(risk[SIGMAS] * sigma, risk[SIGMA_CAP] * size) + growth * min(t, risk[GROWTH_TIME])
+    return float(size + min(risk[SIGMAS] * sigma, risk[SIGMA_CAP] * size) + growth * min(t, risk[GROWTH_TIME]))
 
 
 @jit
@@ -309,7 +309,7 @@ def terminal_cost(
         Cost per second of way to the goal, horizontally and vertically.
     """
     distance = math.hypot(goal[0] - pn, goal[1] - pe)
-    return weights[0] * distance / speed + weights[1] * abs(goal[2] - pd) / climb_rate
+    return float(weights[0] * distance / speed + weights[1] * abs(goal[2] - pd) / climb_rate)
 
 
 @jit

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -109,7 +110,7 @@ def self_separation_150(ring_s: float = 20.0, height: float = 60.0) -> LocalLeve
 
 
 def flyable(
-    durations_s: tuple[float, ...] = (6.0, 10.0, 14.0, 20.0, 25.0, 30.0),
+    durations_s: tuple[float, ...] = (6.0, 10.0, 14.0, 20.0, 24.0, 30.0),
     courses_deg: tuple[float, ...] = (0.0, 20.0, -20.0, 40.0, -40.0, 60.0, -60.0, 90.0, -90.0, 120.0, -120.0),
     heights: tuple[float, ...] = (0.0, 120.0, -120.0, 240.0, -240.0),
 ) -> LocalLevelMap:
@@ -125,4 +126,8 @@ def flyable(
     return LocalLevelMap(FLYABLE, tuple(Ring(duration, _grid(courses_deg, heights)) for duration in durations_s))
 
 
-MAPS = {"collision_38": collision_38, "self_separation_150": self_separation_150, "flyable": flyable}
+MAPS: dict[str, Callable[[], LocalLevelMap]] = {
+    "collision_38": collision_38,
+    "self_separation_150": self_separation_150,
+    "flyable": flyable,
+}

@@ -92,7 +92,8 @@ class LocalLevelPlanner:
         action = dk.decide(
             t, x, mission.waypoints, mission.speeds, mission.index, self._vehicle,
             intruders, weight, count, self._geometry, ring_start, ring_steps, headings, heights,
-            self._limits, self._risk, self._search_risk, self._goal_weights, self._policy, self._plan, self._points, self._speeds, self._times, self._states,
+            self._limits, self._risk, self._search_risk, self._goal_weights, self._policy,
+            self._plan, self._points, self._speeds, self._times, self._states,
             self._labels, self._parent, self._path, self._met[0], self._met[1], self._met[2],
         )  # fmt: skip
         if action == dk.MISSION or action == dk.RETURN:

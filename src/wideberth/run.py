@@ -138,7 +138,7 @@ def _loop(
     planned: float,
     longest: float,
 ) -> None:
-    """Step until the mission is completed, the traffic ends or the time is up."""
+    """Step until the mission is completed or the time is up."""
     step = 0
     t = mission.t_start
     while True:
@@ -150,7 +150,7 @@ def _loop(
             recorder.write(snapshot, scans, world.truth(t) if traffic.known else None)
         if progress is not None:
             progress(t - mission.t_start, planned, snapshot)
-        if world.done or t - mission.t_start >= longest or t > traffic.end:
+        if world.done or t - mission.t_start >= longest:
             return
         step += 1
         t = mission.t_start + step * scenario.step_s
@@ -172,7 +172,10 @@ def _summary(
         extra["decoder"] = traffic.source.counters
         notes.append("altitudes are pressure altitudes, the mission's taken as such")
     if not world.done:
-        notes.append("the mission was not completed: the traffic or the time ended first")
+        notes.append("the mission was not completed in time")
+    after = world.time - traffic.end
+    if after > 0:
+        notes.append(f"the recording ended {after:.0f} s before the run did: nothing is known of the traffic since")
     summary = metrics.summary(seed=scenario.seed, mission=mission, mission_completed=world.done, extra=extra)
     summary["notes"] = [*summary.get("notes", []), *notes]
     return summary

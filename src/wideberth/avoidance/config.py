@@ -60,6 +60,9 @@ class LocalLevelConfig(PartConfig):
     )
 
     trigger_lookahead_s: float = Field(80.0, gt=0, description="a loss predicted within this time starts a maneuver")
+    trigger_now_s: float = Field(
+        20.0, ge=0, description="later than this a maneuver that would begin like the mission is not begun yet"
+    )
     hold_s: float = Field(8.0, ge=0, description="least time that a maneuver is flown")
     clear_s: float = Field(3.0, ge=0, description="how long the mission must look safe before it is resumed")
     renew_s: float = Field(20.0, ge=0, description="a maneuver that stays clear is not questioned for this long")
@@ -70,7 +73,8 @@ class LocalLevelConfig(PartConfig):
     altitude_min_m: float = Field(120.0, description="no maneuver goes below (altitude, m)")
     altitude_max_m: float = Field(3000.0, description="no maneuver goes above (altitude, m)")
     turn_delay_s: float = Field(1.5, ge=0, description="time before a commanded turn takes effect")
-    bank_share: float = Field(0.8, gt=0, le=1, description="share of the vehicle's bank and climb limits plans may use")
+    bank_share: float = Field(0.8, gt=0, le=1, description="share of the vehicle's largest bank that plans may use")
+    climb_share: float = Field(0.95, gt=0, le=1, description="the same for its largest climb and sink rates")
 
     @model_validator(mode="after")
     def _ordered(self) -> Self:

@@ -49,8 +49,10 @@ ACTIVE, T_CHOSEN, TURN_SENSE, CLIMB_SENSE, LEAST_BAD, SAFE_SINCE, N_POINTS, POIN
 N_PLAN = 8
 
 # When to decide what.
-DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW = 0, 1, 2, 3, 4, 5, 6, 7
-N_POLICY = 8
+DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW, TRIGGER_NOW = 0, 1, 2, 3, 4, 5, 6, 7, 8
+N_POLICY = 9
+
+SAME_PLACE = 150.0  # m: closer than this a plan begins like the mission
 
 
 STRIDE = 2  # flight is integrated in half steps of the grid
@@ -165,6 +167,7 @@ def decide(
     look_ahead(x, mission, mission_speeds, mission_index, vehicle, dt, states)
     margin = policy[RETURN_MARGIN] if active else 1.0
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, margin, risk, met_mission)
+    soon = states[STRIDE * min(n - 1, ring_steps[0] + ring_steps[min(1, ring_steps.shape[0] - 1)])].copy()
     threatened = met_mission[FIRST_OUTER] <= policy[TRIGGER] or met_mission[FIRST_HARD] < math.inf
     if not active and not threatened:
         return MISSION
@@ -207,6 +210,11 @@ def decide(
     look_ahead(x, new_points, new_speeds, 1, free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
     new_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_new)
+    if not active and met_mission[FIRST_OUTER] > policy[TRIGGER_NOW]:
+        # Where the plan begins like the mission, waiting costs nothing, and the traffic shows what it does.
+        label = labels[path[min(1, count - 1)]]
+        if math.hypot(label[NORTH] - soon[0], label[EAST] - soon[1]) < SAME_PLACE and abs(label[DOWN] - soon[2]) < 20.0:
+            return MISSION
     if active:
         # Opposite to what is being flown costs extra here too, so that the two plans are compared fairly.
         turn = wrap(headings[path[0]])

@@ -250,8 +250,8 @@ def limits_array(config: LocalLevelConfig, vehicle: FloatArray) -> FloatArray:
     speed = 0.5 * (vehicle[vk.P_SPEED_MIN] + vehicle[vk.P_SPEED_MAX])
     limits[gk.SPEED], limits[gk.SPEED_MAX] = speed, vehicle[vk.P_SPEED_MAX]
     limits[gk.TURN_RATE] = vk.GRAVITY * math.tan(config.bank_share * vehicle[vk.P_BANK_MAX]) / vehicle[vk.P_SPEED_MAX]
-    limits[gk.CLIMB_MAX] = config.bank_share * vehicle[vk.P_CLIMB_MAX]
-    limits[gk.SINK_MAX] = config.bank_share * vehicle[vk.P_SINK_MAX]
+    limits[gk.CLIMB_MAX] = config.climb_share * vehicle[vk.P_CLIMB_MAX]
+    limits[gk.SINK_MAX] = config.climb_share * vehicle[vk.P_SINK_MAX]
     limits[gk.CLIMB_ACCELERATION] = vehicle[vk.P_VERTICAL_ACCEL_MAX]
     limits[gk.TURN_DELAY] = config.turn_delay_s
     limits[gk.COST_TURN], limits[gk.COST_CLIMB] = config.weight_turn, config.weight_climb
@@ -268,4 +268,5 @@ def policy_array(config: LocalLevelConfig) -> FloatArray:
     policy[dk.SWITCH_RATIO], policy[dk.SWITCH_GAIN] = config.switch_ratio, config.switch_gain
     policy[dk.RETURN_MARGIN] = min(rk.MARGIN_MAX, max(1.0, config.return_buffer / config.buffer))
     policy[dk.RENEW] = config.renew_s
+    policy[dk.TRIGGER_NOW] = config.trigger_now_s
     return policy

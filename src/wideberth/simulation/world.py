@@ -169,6 +169,11 @@ class SimWorld:
         return self._index >= len(self._waypoints)
 
     @property
+    def time(self) -> float:
+        """Time up to which the world has moved, s."""
+        return self._t
+
+    @property
     def path_length(self) -> float:
         """Length of the ownship's true path up to now, m."""
         return self._path_length

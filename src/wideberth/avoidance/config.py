@@ -63,6 +63,7 @@ class LocalLevelConfig(PartConfig):
     trigger_now_s: float = Field(
         20.0, ge=0, description="later than this a maneuver that would begin like the mission is not begun yet"
     )
+    settle_s: float = Field(4.0, ge=0, description="a new maneuver is not replaced sooner, but to escape")
     hold_s: float = Field(8.0, ge=0, description="least time that a maneuver is flown")
     clear_s: float = Field(3.0, ge=0, description="how long the mission must look safe before it is resumed")
     renew_s: float = Field(20.0, ge=0, description="a maneuver that stays clear is not questioned for this long")

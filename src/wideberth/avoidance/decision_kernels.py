@@ -13,7 +13,7 @@ from wideberth._jit import jit
 from wideberth.avoidance.graph_kernels import (
     CLIMB,
     CLIMB_MAX,
-    COST_REVERSAL,
+    COMMITTED_RINGS,
     COURSE,
     DOWN,
     EAST,
@@ -31,10 +31,10 @@ from wideberth.avoidance.kernels import (
     N_PREDICTION,
     N_RISK,
     TIME_HARD,
+    TIME_INNER,
     evaluate_path,
     point_along,
     terminal_cost,
-    wrap,
 )
 from wideberth.vehicles.kernels import N_PARAMS, P_CAPTURE, fly_path, waypoint_passed
 
@@ -49,8 +49,19 @@ ACTIVE, T_CHOSEN, TURN_SENSE, CLIMB_SENSE, LEAST_BAD, SAFE_SINCE, N_POINTS, POIN
 N_PLAN = 8
 
 # When to decide what.
-DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW, TRIGGER_NOW = 0, 1, 2, 3, 4, 5, 6, 7, 8
-N_POLICY = 9
+DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW, TRIGGER_NOW, SETTLE = (
+    0,
+    1,
+    2,
+    3,
+    4,
+    5,
+    6,
+    7,
+    8,
+    9,
+)
+N_POLICY = 10
 
 SAME_PLACE = 150.0  # m: closer than this a plan begins like the mission
 
@@ -83,6 +94,16 @@ def path_cost(
     """Return what a flown path cost: its risk, plus being away from the mission at its end."""
     x = states[states.shape[0] - 1]
     return float(met[COST] + terminal_cost(x[0], x[1], x[2], goal, speed, climb_rate, goal_weights))
+
+
+@jit
+def first_sense(values: Floats, path: Integers, count: int, band: float) -> int:
+    """Return the sense (-1, 0, 1) in which a path first turns (or climbs), within the rings it is committed to."""
+    for ring in range(min(COMMITTED_RINGS, count)):
+        value = values[path[ring]]
+        if abs(value) > band:
+            return 1 if value > 0.0 else -1
+    return 0
 
 
 @jit
@@ -187,6 +208,9 @@ def decide(
         look_ahead(x, points[:n_points], speeds[:n_points], index, free, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
         kept_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_kept)
+        settled = t - plan[T_CHOSEN] >= policy[SETTLE]
+        if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and index < n_points:
+            return KEEP
         if met_kept[FIRST_OUTER] > policy[TRIGGER] and t - plan[T_CHOSEN] < policy[RENEW]:
             return KEEP
 
@@ -215,22 +239,18 @@ def decide(
         label = labels[path[min(1, count - 1)]]
         if math.hypot(label[NORTH] - soon[0], label[EAST] - soon[1]) < SAME_PLACE and abs(label[DOWN] - soon[2]) < 20.0:
             return MISSION
+    turned = first_sense(headings, path, count, 0.08)
+    climbed = first_sense(heights, path, count, 1.0)
     if active:
-        # Opposite to what is being flown costs extra here too, so that the two plans are compared fairly.
-        turn = wrap(headings[path[0]])
-        if turn * turn_sense < -0.01 or heights[path[0]] * climb_sense < -1.0:
-            new_cost += limits[COST_REVERSAL]
-        rescued = met_kept[TIME_HARD] > 0.0 and met_new[TIME_HARD] < 0.5 * met_kept[TIME_HARD]
+        rescued = (met_kept[TIME_HARD] > 0.0 and met_new[TIME_HARD] < 0.5 * met_kept[TIME_HARD]) or (
+            met_kept[TIME_INNER] > 0.0
+            and met_new[TIME_INNER] < 0.5 * met_kept[TIME_INNER]
+            and met_new[TIME_HARD] <= met_kept[TIME_HARD]
+        )
+        reverses = turned * turn_sense < 0 or climbed * climb_sense < 0
         better = new_cost < policy[SWITCH_RATIO] * kept_cost and kept_cost - new_cost > policy[SWITCH_GAIN]
-        if not (better or rescued):
+        if not rescued and (reverses or not better):
             return KEEP
-    turned = climbed = 0
-    for ring in range(min(2, count)):
-        turn = wrap(headings[path[ring]])
-        if turned == 0 and abs(turn) > 0.08:
-            turned = 1 if turn > 0.0 else -1
-        if climbed == 0 and abs(heights[path[ring]]) > 1.0:
-            climbed = 1 if heights[path[ring]] > 0.0 else -1
     points[: count + 1], times[: count + 1], speeds[: count + 1] = new_points, new_times, new_speeds
     if not active:
         plan[TURN_SENSE] = plan[CLIMB_SENSE] = 0.0

@@ -26,6 +26,7 @@ HEADING_REACH = 10  # largest course change on one edge, rad
 COST_LEFT = 11  # per rad to the left: among equals, turn right
 N_LIMITS = 12
 
+COMMITTED_RINGS = 3  # rings in which a path must not go against the sense already flown
 FINE_TIME = 30.0  # s of look-ahead up to which the risk of an edge is sampled at every grid time
 
 # A label: where the best path to a node arrives.
@@ -146,6 +147,14 @@ def fly_ring_edge(
 
 
 @jit
+def opposite(values: Floats, source: int, node: int, sense: int, band: float) -> bool:
+    """Return whether going to `node` is where the path turns (or climbs) against a sense, for the first time."""
+    if values[node] * sense >= -band:
+        return False
+    return source < 0 or values[source] * sense >= -band
+
+
+@jit
 def sort_labels(labels: Floats, first: int, count: int, order: Integers) -> None:
     """Write the labels first ... first + count - 1 into `order`, the cheapest first (insertion sort)."""
     for i in range(count):
@@ -260,10 +269,10 @@ def search_map(
                     extra = limits[COST_TURN] * abs(turn) + limits[COST_CLIMB] * abs(rise)
                     if turn < 0.0:
                         extra -= limits[COST_LEFT] * turn
-                    if ring == 0:
-                        if turn * turn_sense < -0.01:
+                    if ring < COMMITTED_RINGS:
+                        if opposite(headings, source, node, turn_sense, 0.01):
                             extra += limits[COST_REVERSAL]
-                        if rise * climb_sense < -1.0:
+                        if opposite(heights, source, node, climb_sense, 1.0):
                             extra += limits[COST_REVERSAL]
                     saved = label[LABEL_COST]
                     label[LABEL_COST] = before + extra

@@ -88,6 +88,8 @@ class LocalLevelPlanner:
         intruders, weight, owner, count = self._predict(ownship, near)
         x = ground_state(ownship)
         self._advance(x)
+        if self._maneuver is not None:
+            self._release(x, mission, intruders, weight, owner, count, near)
         ring_start, ring_steps, headings, heights = self._nodes
         action = dk.decide(
             t, x, mission.waypoints, mission.speeds, mission.index, self._vehicle,
@@ -146,6 +148,21 @@ class LocalLevelPlanner:
             index = int(self._plan[dk.POINT_INDEX])
             self._plan[dk.POINT_INDEX] = dk.advance_index(x, self._points[:n], index, self._vehicle)
 
+    def _release(
+        self,
+        x: FloatArray,
+        mission: Mission,
+        intruders: FloatArray,
+        weight: FloatArray,
+        owner: NDArray[np.int64],
+        count: int,
+        near: Sequence[Track],
+    ) -> None:
+        """Forget the sense of the maneuver once other aircraft than those it was chosen for are in the way."""
+        involved = {track.id for track in self._involved(x, mission, intruders, weight, owner, count, near)}
+        if self._maneuver is not None and involved and involved.isdisjoint(self._maneuver.threat_ids):
+            self._plan[dk.TURN_SENSE] = self._plan[dk.CLIMB_SENSE] = 0.0
+
     def _involved(
         self,
         x: FloatArray,
@@ -179,12 +196,14 @@ class LocalLevelPlanner:
             ids = self._maneuver.threat_ids
         by_id = {threat.track_id: threat for threat in threats}
         first = involved[0] if involved else None
+        committed = self._path[: min(gk.COMMITTED_RINGS, n - 1)]
+        courses = [float(rk.wrap(self._labels[node, gk.COURSE] - x[4])) for node in committed]
         reason = describe_maneuver(
             label=first.label if first else None,
             threat=by_id.get(first.id) if first else None,
             others=max(0, len(involved) - 1),
-            course_change=float(rk.wrap(self._labels[self._path[min(1, n - 2)], gk.COURSE] - x[4])),
-            height_change=float(x[2] - points[min(2, n - 1), 2]),
+            course_change=max(courses, key=abs),
+            height_change=max((float(x[2] - point[2]) for point in points[1:]), key=abs),
             least_bad=least_bad,
         )
         return Maneuver(
@@ -268,5 +287,6 @@ def policy_array(config: LocalLevelConfig) -> FloatArray:
     policy[dk.SWITCH_RATIO], policy[dk.SWITCH_GAIN] = config.switch_ratio, config.switch_gain
     policy[dk.RETURN_MARGIN] = min(rk.MARGIN_MAX, max(1.0, config.return_buffer / config.buffer))
     policy[dk.RENEW] = config.renew_s
+    policy[dk.SETTLE] = config.settle_s
     policy[dk.TRIGGER_NOW] = config.trigger_now_s
     return policy

@@ -5,7 +5,7 @@ STAMP := $(VENV)/.installed
 LOCK := pip-compile --quiet --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --strip-extras --allow-unsafe
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test lint bench hooks lock clean
+.PHONY: help setup demo test lint bench experiments hooks lock clean
 
 help:  ## say what can be made
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -40,6 +40,9 @@ test: lint  ## lint, then every test, then the kernels' tests again without the 
 bench: setup  ## measure; results go to benchmarks/results
 	$(BIN)/wideberth warmup
 	$(BIN)/python -m benchmarks.run
+
+experiments: setup  ## fly 50 missions in a recording (TRAFFIC=..., SEED=...); results go to docs/results
+	$(BIN)/python -m experiments.real_traffic_missions $(if $(TRAFFIC),--traffic $(TRAFFIC)) $(if $(SEED),--seed $(SEED))
 
 hooks: setup  ## run the linters before each commit
 	$(BIN)/pre-commit install

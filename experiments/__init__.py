@@ -1,0 +1,1 @@
+"""Evaluations that take longer than a test: `python -m experiments.<name>` from the project's root."""

@@ -114,7 +114,7 @@ def _failures(missions: Sequence[Mapping[str, Any]]) -> list[str]:
     if not rows:
         return ["None."]
     head = [
-        "Least separation is horizontal / vertical in m; the last numbers are s before the loss, of alerts and avoidance",
+        "Least separation is horizontal / vertical in m; seen, alerted and avoided are s before the loss, the last two",
         "within its last 60 s.",
         "",
         "| mission | what | aircraft | after s | least separation | seen / alerted / avoided | why |",

@@ -203,7 +203,7 @@ class LocalLevelPlanner:
             threat=by_id.get(first.id) if first else None,
             others=max(0, len(involved) - 1),
             course_change=max(courses, key=abs),
-            height_change=max((float(x[2] - point[2]) for point in points[1:]), key=abs),
+            height_change=max((float(x[2] - point[2]) for point in points[1 : len(committed) + 1]), key=abs),
             least_bad=least_bad,
         )
         return Maneuver(

@@ -95,3 +95,8 @@ def test_aircraft_on_the_ground_are_left_out():
 def test_settings_are_checked(key):
     with pytest.raises(ValueError, match=key):
         AdsbReceiver.Config(**{key: 0.0})
+
+
+def test_each_report_of_one_call_keeps_its_own_place():
+    one = receiver(position(0.1, 1000.0), position(0.6, 1100.0), position(0.9, 1150.0))
+    np.testing.assert_allclose(one.sense(1.0).z[:, 0], [1000.0, 1100.0, 1150.0], atol=1e-6)

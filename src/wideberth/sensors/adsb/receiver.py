@@ -75,10 +75,11 @@ class AdsbReceiver:
         """
         own = np.zeros(3) if own_position is None else own_position
         window = self._config.altitude_window_m if own_position is not None else None
-        reports = self._with_place(self._source.poll(t))
-        if not reports:
+        placed = self._with_place(self._source.poll(t))
+        if not placed:
             return self._scan(t, np.zeros((0, 6)), [])
-        places = np.array([self._places[report.address][1:] for report in reports])
+        reports = [report for report, _, _ in placed]
+        places = np.array([place for _, *place in placed])
         values = np.array(
             [
                 (
@@ -109,8 +110,8 @@ class AdsbReceiver:
         kept = np.flatnonzero(near)
         return self._scan(t, z[kept], [reports[k] for k in kept])
 
-    def _with_place(self, reports: Sequence[AdsbReport]) -> list[AdsbReport]:
-        """Return the reports of aircraft whose place is known, and keep the newest places."""
+    def _with_place(self, reports: Sequence[AdsbReport]) -> list[tuple[AdsbReport, float, float]]:
+        """Return the reports of aircraft whose place is known, each with the latitude and longitude then known."""
         placed = []
         for report in reports:
             if report.on_ground:
@@ -125,7 +126,7 @@ class AdsbReceiver:
                 if place is None or report.t - place[0] > _FORGET_AFTER:
                     self._left_out["no position yet"] += 1
                     continue
-            placed.append(report)
+            placed.append((report, *self._places[report.address][1:]))
         return placed
 
     def _altitude(self, report: AdsbReport) -> float:

@@ -139,7 +139,7 @@ def build_traffic(
     """
     if isinstance(scenario.traffic, SimulatedTrafficConfig):
         simulated = SimulatedTraffic(scenario.traffic, frame, mission.t_start, scenario.wind.vector())
-        model = scenario.sensor.target(scenario.sensor.config, scenario.seed, simulated.ids)
+        model = scenario.sensor.target(scenario.sensor.config, scenario.seed, simulated.ids, simulated.callsigns)
         return Traffic(simulated, (ModelledSensor(model, simulated),), True, None, math.inf)
     if loaded is not None:
         return _recorded(scenario, scenario.traffic, mission, frame, longest, loaded)

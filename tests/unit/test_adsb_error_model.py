@@ -315,3 +315,15 @@ def test_report_equals_its_twin() -> None:
             z = np.empty(6)
             kernels.report_state(position, velocity, error, 0.0, gross, swapped, n, params, z)
             assert np.allclose(z, naive.report(position, velocity, error, gross, swapped, n), atol=1e-9)
+
+
+def test_callsigns_and_health_travel_with_the_scan():
+    sensor = SimulatedAdsb(AdsbErrorConfig(**EXACT), 1, ["aaaaaa", "bbbbbb"], ["HEADON", None])
+    p, v = np.array([[1000.0, 0.0, -500.0], [2000.0, 0.0, -500.0]]), np.zeros((2, 3))
+    scan = sensor.sense(0.0, p, v, np.zeros(3))
+    named = dict(zip(scan.source_ids, (info.callsign for info in scan.sources), strict=True))
+    assert named == {"aaaaaa": "HEADON", "bbbbbb": None}
+    assert scan.health == sensor.health(0.0)
+    assert scan.health.state == "ok" and scan.health.age < 1.0
+    with pytest.raises(ValueError, match="1 callsigns for 2 addresses"):
+        SimulatedAdsb(AdsbErrorConfig(), 1, ["aaaaaa", "bbbbbb"], ["HEADON"])

@@ -36,6 +36,8 @@ class SimulatedTraffic:
     ----------
     ids : tuple of str
         Addresses, in the order of the configuration.
+    callsigns : tuple of (str or None)
+        In the same order.
     """
 
     def __init__(
@@ -46,6 +48,7 @@ class SimulatedTraffic:
         wind: FloatArray | None = None,
     ) -> None:
         self.ids = tuple(i.address for i in config.intruders)
+        self.callsigns = tuple(i.callsign for i in config.intruders)
         self._t_start = t_start
         air = np.zeros(3) if wind is None else np.asarray(wind, float)
         self._flights = [_path(i, frame, air) if i.waypoints else _line(i, frame) for i in config.intruders]

@@ -4,6 +4,7 @@ import hashlib
 import math
 from collections import Counter, deque
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -94,6 +95,13 @@ class SimulatedAdsb:
     seed : int
     addresses : sequence of str
         Of the n aircraft, six hexadecimal digits.
+    callsigns : sequence of (str or None), optional
+        What each aircraft calls itself.
+
+    Raises
+    ------
+    ValueError
+        If there are not as many callsigns as addresses.
 
     Attributes
     ----------
@@ -104,9 +112,18 @@ class SimulatedAdsb:
     Config = AdsbErrorConfig
     name = "adsb"
 
-    def __init__(self, config: AdsbErrorConfig, seed: int, addresses: Sequence[str]) -> None:
+    def __init__(
+        self,
+        config: AdsbErrorConfig,
+        seed: int,
+        addresses: Sequence[str],
+        callsigns: Sequence[str | None] | None = None,
+    ) -> None:
         self._config = config
         self._addresses = tuple(addresses)
+        names = (None,) * len(self._addresses) if callsigns is None else tuple(callsigns)
+        if len(names) != len(self._addresses):
+            raise ValueError(f"{len(names)} callsigns for {len(self._addresses)} addresses: give one for each")
         self._params = error_parameters(config)
         n = len(self._addresses)
         seen: Counter[str] = Counter()
@@ -136,7 +153,8 @@ class SimulatedAdsb:
         self._t = math.nan
         self._positions = np.full((n, 3), math.nan)
         self._velocities = np.zeros((n, 3))
-        self._info = SourceInfo(nacp=config.nacp, nacv=config.nacv, nic=config.nic, sil=config.sil, sda=config.sda)
+        quality = SourceInfo(nacp=config.nacp, nacv=config.nacv, nic=config.nic, sil=config.sil, sda=config.sda)
+        self._infos = tuple(replace(quality, callsign=name) for name in names)
         self._counters: Counter[str] = Counter()
         self._received: deque[float] = deque()
 
@@ -194,7 +212,7 @@ class SimulatedAdsb:
         self._received.extend(times.tolist())
         while self._received and self._received[0] < t - _RATE_WINDOW and len(self._received) > 1:
             self._received.popleft()
-        infos = (self._info,) * len(times)
+        infos = tuple(self._infos[i] for i in index)
         return Scan(
             t=t,
             t_received=t,
@@ -206,6 +224,7 @@ class SimulatedAdsb:
             source_ids=tuple(self._addresses[i] for i in index),
             sources=infos,
             sensor_position=own.copy(),
+            health=self.health(t),
         )
 
     def _begin(self, t: float) -> None:

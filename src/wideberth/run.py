@@ -10,13 +10,11 @@ import numpy as np
 
 from wideberth.assembly import LoadedRecording, Traffic, build_pipeline, build_traffic, build_world
 from wideberth.config import ScenarioConfig
-from wideberth.conflict.well_clear import PRESETS, WellClearVolume
 from wideberth.errors import InputError
 from wideberth.evaluation.metrics import RunMetrics
 from wideberth.pipeline import Pipeline
 from wideberth.recording import Recorder
 from wideberth.simulation.clock import Clock, SimClock, WallClock
-from wideberth.simulation.config import EvaluationConfig
 from wideberth.simulation.truth import Truth
 from wideberth.simulation.world import SimWorld
 from wideberth.types import FloatArray, Mission, Snapshot
@@ -30,14 +28,6 @@ def planned_duration(mission: Mission) -> float:
     """Return how long the mission takes without avoidance and wind, s."""
     legs = np.diff(mission.waypoints, axis=0)
     return float(np.sum(np.hypot(legs[:, 0], legs[:, 1]) / mission.speeds[1:]))
-
-
-def collision_volume(config: EvaluationConfig) -> WellClearVolume:
-    """Return the scenario's own collision volume."""
-    chosen = config.collision_volume
-    if isinstance(chosen, str):
-        return PRESETS[chosen]
-    return WellClearVolume(chosen.radius_m, chosen.half_height_m)
 
 
 def run_scenario(
@@ -86,11 +76,7 @@ def run_scenario(
     if traffic.source is not None and traffic.source.live:
         clock = WallClock()
         mission = Mission(mission.waypoints, mission.speeds, clock.now)
-    metrics = RunMetrics(
-        collision_volume(scenario.evaluation),
-        scenario.evaluation.well_clear_volume,
-        horizontal_miss_filter=scenario.evaluation.horizontal_miss_filter,
-    )
+    metrics = RunMetrics.of(scenario.evaluation)
 
     def observe(t: float, position: FloatArray, velocity: FloatArray, truth: Truth) -> None:
         metrics.update(t, position, velocity, truth if traffic.known else None)

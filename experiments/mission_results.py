@@ -46,6 +46,7 @@ def summarise(flown: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         "step_ms_mean": round(sum(run["step_ms"]["mean"] for run in runs) / n, 3),
         "step_ms_p95_mean": round(sum(run["step_ms"]["p95"] for run in runs) / n, 3),
         "step_ms_max": round(max(run["step_ms"]["max"] for run in runs), 1),
+        "flown_after_recording_s": round(sum(mission["flown_after_recording_s"] for mission in flown), 1),
         "flight_hours": round(sum(run["duration_s"] for run in runs) / 3600, 2),
     }
     return result
@@ -86,7 +87,8 @@ def _table(summary: Mapping[str, Any]) -> list[str]:
         f"| maneuvers per mission | | {w['maneuvers_per_mission']:.1f} |",
         f"| reversals, all missions | | {w['reversals']} |",
         f"| path flown / mission path, mean (max) | | {w['detour_ratio_mean']:.2f} ({w['detour_ratio_max']:.2f}) |",
-        f"| hours flown | | {w['flight_hours']:.1f} |",
+        f"| hours flown (of these after the recording's end, s) | | {w['flight_hours']:.1f}"
+        f" ({w['flown_after_recording_s']:.0f}) |",
         f"| step, CPU ms: mean / mean p95 / max | | {w['step_ms_mean']:.2f} / {w['step_ms_p95_mean']:.2f} /"
         f" {w['step_ms_max']:.0f} |",
     ]

@@ -174,7 +174,10 @@ def fly_mission(file: Path, overrides: tuple[str, ...]) -> dict[str, Any]:
         result[way] = score(summary, flight)
     assert flight is not None
     result["start_time_s"] = summary["start_time_s"]
-    result["failures"] = failures(summary, flight, result, max(r.t for r in _recording.reports))
+    recording_end = max(report.t for report in _recording.reports)
+    # Nothing is known of the traffic then, and no loss can be counted.
+    result["flown_after_recording_s"] = max(0.0, round(float(flight.times[-1]) - recording_end, 1))
+    result["failures"] = failures(summary, flight, result, recording_end)
     return result
 
 
@@ -250,11 +253,11 @@ def failures(
         )
     if not summary["mission_completed"]:
         elapsed = summary["duration_s"]
-        ended = start + elapsed >= recording_end - 1.0
-        cause = "the recording ended" if ended else "the time for the mission was up"
         in_maneuver = sum(ids is not None for ids in flight.log.avoided) / max(1, len(flight.log.avoided))
-        cause += f"; {100 * in_maneuver:.0f} % of the flight was avoidance"
-        found.append({"what": "not completed", "aircraft": None, "after_s": round(elapsed, 1), "causes": [cause]})
+        causes = ["the time for the mission was up", f"{100 * in_maneuver:.0f} % of the flight was avoidance"]
+        if (after := start + elapsed - recording_end) > 0:
+            causes.append(f"the recording had ended {after:.0f} s before")
+        found.append({"what": "not completed", "aircraft": None, "after_s": round(elapsed, 1), "causes": causes})
     return found
 
 

@@ -77,6 +77,29 @@ def test_uncertainty_raises_the_level() -> None:
     assert level(passing, DetectionConfig(sigma="paper")) is AlertLevel.WARNING
 
 
+def lost(intruder: Track, age: float) -> Track:
+    """Return the track as carried on `age` seconds after its last report: same state, sigmas that have grown."""
+    covariance = intruder.covariance.copy()
+    covariance[:3, :3] += np.eye(3) * (12.0 * age) ** 2
+    return replace(intruder, covariance=covariance, status=TrackStatus.COASTING, existence=math.exp(-age / 60.0))
+
+
+def test_a_lost_aircraft_is_no_warning_for_its_uncertainty_alone() -> None:
+    seen = track([500.0, 0.0, -1100.0], [-41.0, 0.0, 0.0])
+    assert level(seen) is AlertLevel.CLEAR
+    (threat,) = AdsbDetector(DetectionConfig()).assess(0.0, OWN, [lost(seen, 40.0)])
+    assert threat.probability < 0.05
+    assert threat.level < AlertLevel.WARNING
+
+
+@pytest.mark.parametrize("volume", ["sarp", "astm_f3442", "nmac"])
+@pytest.mark.parametrize("age", [0.0, 5.0, 40.0])
+def test_a_collision_course_is_a_warning_however_old_the_track(volume: str, age: float) -> None:
+    config = DetectionConfig(well_clear_volume=volume)  # type: ignore[arg-type]
+    for east, down in ((0.0, 0.0), (140.0, 25.0), (-140.0, -25.0)):
+        assert level(lost(track([1600.0, east, down], [-41.0, 0.0, 0.0]), age), config) is AlertLevel.WARNING
+
+
 def test_track_without_a_state_is_unknown_and_own_echo_clear() -> None:
     bad = track([math.nan, 0.0, 0.0], [0.0, 0.0, 0.0])
     assert level(bad) is AlertLevel.UNKNOWN

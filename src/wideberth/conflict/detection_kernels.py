@@ -253,6 +253,10 @@ def assess_all(
         )
         probability = band_probability(volume[0], d_cpa, sigma_d) * band_probability(volume[1], h_cpa, sigma_h)
         detect(s, v, own_covariance, covariances[i], ages[i], collision, noise, noisy, source, printed, row)
+        # Widened, but to the well-clear volume at most: where sigma is larger, it says that little is known, not that a
+        # collision is near.
+        radius = collision[3] + min(collision[5] * row[5], max(volume[0] - collision[3], 0.0))
+        height = collision[4] + min(collision[6] * row[6], max(volume[1] - collision[4], 0.0))
         # The height at the closest point misses an intruder that climbs or sinks through ours inside the circle.
         t_hit, _ = well_clear_interval(
             s[0],
@@ -261,8 +265,8 @@ def assess_all(
             v[0],
             v[1],
             v[2],
-            collision[3] + collision[5] * row[5],
-            collision[4] + collision[6] * row[6],
+            radius,
+            height,
             0.0,
             0.0,
             times[1],
@@ -273,7 +277,7 @@ def assess_all(
             level = PREVENTIVE
         if t_in <= times[0] or t_loss <= times[0]:
             level = CORRECTIVE
-        if t_hit >= 0.0 or (row[0] > 0.0 and row[2] <= times[1]):
+        if t_hit >= 0.0 or (row[0] > 0.0 and row[3] < radius and row[4] < height and row[2] <= times[1]):
             level = WARNING
         out[i, 0], out[i, 1], out[i, 2] = t_cpa, d_cpa, h_cpa
         out[i, 3], out[i, 4], out[i, 5], out[i, 6] = t_in, t_out, probability, level

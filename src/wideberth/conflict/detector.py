@@ -18,7 +18,8 @@ _LEVELS = {int(level): level for level in AlertLevel}
 class AdsbDetector:
     """Assesses tracks with algorithm 2 of the ADS-B paper and the exact interval inside a well-clear volume.
 
-    Levels: *warning*, the collision volume widened by `collision_m1`, `collision_m2` sigmas is predicted to be entered
+    Levels: *warning*, the collision volume, widened by `collision_m1`, `collision_m2` sigmas to the well-clear volume
+    at most (a lost aircraft, whose sigmas grow without end, is no warning for them alone), is predicted to be entered
     within the warning time; *corrective*, loss of well clear is predicted (nominally, or by algorithm 2 with `m1`,
     `m2`) within the corrective time; *preventive*, within the look-ahead, or the aircraft is near; *unknown*, the
     track's state is not finite; else *clear*. No memory: hysteresis is the pipeline's.

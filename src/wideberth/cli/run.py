@@ -34,9 +34,11 @@ def run(
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write the report and the pictures.")] = True,
 ) -> None:
     """Fly a scenario and report: conflicts seen, maneuvers flown, separations kept."""
+    import numba
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+    from wideberth import kernel_modules
     from wideberth.config import apply_override, build_scenario, read_toml
     from wideberth.run import run_scenario
     from wideberth.simulation.mission import read_mission_file
@@ -70,16 +72,15 @@ def run(
         console=Console(stderr=True),
     ) as bar:
         task = bar.add_task(f"{checked.name}: compiling kernels", total=1.0, state="")
+        if not vars(numba.config)["DISABLE_JIT"]:
+            # Before the first step, so that no step waits for the compiler.
+            for name in kernel_modules.names():
+                kernel_modules.warm_up(name)
+        bar.update(task, description=checked.name)
 
         def progress(elapsed: float, planned: float, snapshot: Snapshot) -> None:
             state = snapshot.maneuver.reason if snapshot.maneuver else ""
-            bar.update(
-                task,
-                description=checked.name,
-                completed=elapsed,
-                total=max(planned, elapsed),
-                state=state[:60],
-            )
+            bar.update(task, completed=elapsed, total=max(planned, elapsed), state=state[:60])
 
         summary = run_scenario(checked, out, progress, report)
     console.print(_table(summary))

@@ -265,6 +265,14 @@ def test_trajectories_of_two_aircraft_with_one_address():
     assert reader.rejects == {"position jumps": 2}
 
 
+def test_trajectories_of_two_aircraft_with_one_address_at_the_same_times():
+    rows = [row(k, latitude=48.0 + k / 1e3 + n) for k in range(30) for n in (0, 1)]
+    reader, reports = trajectories(*rows)
+    assert "duplicate rows" not in reader.rejects
+    counts = [sum(r.address == name for r in reports) for name in ("abcdef", "abcdef#2")]
+    assert min(counts) > 25
+
+
 def test_a_cut_file_of_trajectories_keeps_what_is_there():
     data = json.dumps([row(k) for k in range(10)]).encode()
     reader = TrajectoryReader()

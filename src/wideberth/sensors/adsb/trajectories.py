@@ -68,7 +68,7 @@ class TrajectoryReader:
         self.messages += len(rows)
         usable = []
         newest: dict[str, float] = {}
-        seen: set[tuple[str, float]] = set()
+        seen: set[tuple[object, ...]] = set()
         for row in rows:
             if not isinstance(row, dict):
                 self._rejects["row not understood"] += 1
@@ -82,10 +82,12 @@ class TrajectoryReader:
                 continue
             t = stamp / 1000.0 if abs(stamp) >= _MILLISECONDS_FROM else float(stamp)
             address = address.strip().lower()
-            if (address, t) in seen:
+            # Two aircraft may have one address: only at the same place is a row of the same time the same one.
+            key = (address, t, *(v if type(v := row.get(name)) is float else _number(v) for name in _NUMBERS[:2]))
+            if key in seen:
                 self._rejects["duplicate rows"] += 1
                 continue
-            seen.add((address, t))
+            seen.add(key)
             if t < newest.get(address, -math.inf):
                 self.results["times that jump back (sorted)"] += 1
             newest[address] = t

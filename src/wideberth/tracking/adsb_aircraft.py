@@ -4,7 +4,6 @@ import bisect
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,6 +21,18 @@ from wideberth.tracking.kernels import (
     position_sigma_of,
     velocity_sigma_of,
 )
+from wideberth.tracking.report_history import (
+    ACCEPTED_OUTCOME,
+    NO_POSITION_OUTCOME,
+    AircraftFilter,
+    Entry,
+    FilterState,
+    Outcome,
+    Report,
+    State,
+    Update,
+    entry_time,
+)
 from wideberth.types import FloatArray, SourceInfo
 from wideberth.units import FOOT
 
@@ -37,88 +48,6 @@ _SPEED_SIGMA_UNKNOWN = 120.0
 
 _CLIMB_SIGMA_UNKNOWN = 8.0
 """Spread of the climb rate of an aircraft that has not reported it, m/s."""
-
-
-class Report(NamedTuple):
-    """One row of a scan: time and internal step of validity, the six elements, their variances, time uncertainty."""
-
-    t: float
-    step: int
-    z: tuple[float, ...]
-    r: tuple[float, ...]
-    time_sigma: float
-
-
-class Outcome(NamedTuple):
-    """What became of a report: counts by key, what happened in words."""
-
-    counts: tuple[str, ...]
-    events: tuple[str, ...] = ()
-
-
-class Update(NamedTuple):
-    """A filter to be updated with a report: which elements to use (position, altitude, climb rate, velocity)."""
-
-    filter: "AircraftFilter"
-    use: tuple[bool, bool, bool, bool]
-
-
-ACCEPTED_OUTCOME = Outcome(("position accepted",))
-NO_POSITION_OUTCOME = Outcome(("report without position used",))
-
-
-@dataclass(slots=True)
-class AircraftFilter:
-    """One filter of an address: which slot it has, and how far it is to be trusted.
-
-    Attributes
-    ----------
-    slot : int
-    number : int
-        1 for the first aircraft with the address, 2 for a second one.
-    accepted : int
-        Positions accepted since the start, that one included.
-    t_position : float
-        Time of the last accepted position, s.
-    fix : tuple of (int, float, float)
-        Internal step, north, east of the last accepted position.
-    vertical_rejects : int
-        Altitudes rejected one after the other.
-    """
-
-    slot: int
-    number: int
-    accepted: int
-    t_position: float
-    fix: tuple[int, float, float]
-    vertical_rejects: int = 0
-
-
-class _FilterState(NamedTuple):
-    number: int
-    accepted: int
-    t_position: float
-    fix: tuple[int, float, float]
-    vertical_rejects: int
-    x: FloatArray
-    p: FloatArray
-    last: int
-
-
-class _State(NamedTuple):
-    filters: tuple[_FilterState, ...]
-    last_position: tuple[float, float] | None
-    velocity: tuple[int, float, float] | None
-    altitude: tuple[int, float] | None
-    rejected: tuple[tuple[int, float, float], ...]
-    consecutive: int
-
-
-class _Entry(NamedTuple):
-    t: float
-    report: Report | None
-    outcome: Outcome | None
-    state: _State
 
 
 @dataclass(slots=True)
@@ -148,7 +77,7 @@ class AdsbAircraft:
     _altitude: tuple[int, float] | None = None
     _rejected: tuple[tuple[int, float, float], ...] = ()
     _consecutive: int = 0
-    _history: list[_Entry] = field(default_factory=list)
+    _history: list[Entry] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self._begin_history(-math.inf)
@@ -197,7 +126,7 @@ class AdsbAircraft:
         history = self._history
         if self.in_order(report):
             return [self._use(report)], []
-        index = bisect.bisect_right(history, report.t, key=_entry_time)
+        index = bisect.bisect_right(history, report.t, key=entry_time)
         if index == 0:
             return [Outcome(("too late",))], []
         again = history[index:]
@@ -276,26 +205,26 @@ class AdsbAircraft:
         self._remember(report, outcome)
         return outcome
 
-    def _remember(self, report: Report, outcome: Outcome, single: _FilterState | None = None) -> None:
+    def _remember(self, report: Report, outcome: Outcome, single: FilterState | None = None) -> None:
         history = self._history
         filters = tuple(self._filter_state(f) for f in self.filters) if single is None else (single,)
-        state = _State(filters, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive)
-        history.append(_Entry(report.t, report, outcome, state))
+        state = State(filters, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive)
+        history.append(Entry(report.t, report, outcome, state))
         if len(history) > 10:
             horizon = report.t - self.config.late_max_s
-            kept_from = bisect.bisect_left(history, horizon, key=_entry_time) - 1
+            kept_from = bisect.bisect_left(history, horizon, key=entry_time) - 1
             if kept_from > 0:
                 del history[:kept_from]
 
-    def _filter_state(self, f: AircraftFilter) -> _FilterState:
+    def _filter_state(self, f: AircraftFilter) -> FilterState:
         bank, slot = self.bank, f.slot
         return self._state_of(f, bank.x[slot].copy(), bank.p[slot].copy(), int(bank.last[slot]))
 
     @staticmethod
-    def _state_of(f: AircraftFilter, x: FloatArray, p: FloatArray, last: int) -> _FilterState:
-        return _FilterState(f.number, f.accepted, f.t_position, f.fix, f.vertical_rejects, x, p, last)
+    def _state_of(f: AircraftFilter, x: FloatArray, p: FloatArray, last: int) -> FilterState:
+        return FilterState(f.number, f.accepted, f.t_position, f.fix, f.vertical_rejects, x, p, last)
 
-    def _restore(self, state: _State) -> None:
+    def _restore(self, state: State) -> None:
         for f in self.filters:
             self.bank.release(f.slot)
         self.filters = []
@@ -319,8 +248,8 @@ class AdsbAircraft:
 
     def _begin_history(self, t: float) -> None:
         filters = tuple(self._filter_state(f) for f in self.filters)
-        state = _State(filters, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive)
-        self._history = [_Entry(t, None, None, state)]
+        state = State(filters, self._last_position, self._velocity, self._altitude, self._rejected, self._consecutive)
+        self._history = [Entry(t, None, None, state)]
 
     # One report
 
@@ -505,7 +434,3 @@ class AdsbAircraft:
         if miss > _TURN_ACCELERATION * dt * span + noise:
             return None
         return self._velocity_between(a, c, report)
-
-
-def _entry_time(entry: _Entry) -> float:
-    return entry.t

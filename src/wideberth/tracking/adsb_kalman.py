@@ -6,17 +6,11 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from wideberth.tracking.adsb_aircraft import (
-    ACCEPTED_OUTCOME,
-    AdsbAircraft,
-    AircraftFilter,
-    Outcome,
-    Report,
-    Update,
-)
+from wideberth.tracking.adsb_aircraft import AdsbAircraft
 from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.tracking.filter_bank import FilterBank
 from wideberth.tracking.kernels import ACCEPTED
+from wideberth.tracking.report_history import ACCEPTED_OUTCOME, AircraftFilter, Outcome, Report, Update
 from wideberth.types import Scan, SourceInfo, Track, TrackStatus
 
 _FUTURE_SECONDS = 0.5

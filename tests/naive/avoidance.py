@@ -85,7 +85,8 @@ def risk_at(
 ) -> float:
     """Own (6): position and velocity; rows (m, 9): the predictions at this time."""
     q = named(risk)
-    cost, inside = 0.0, set()
+    cost = 0.0
+    inside: set[str] = set()
     first_culprit = -1
     for m, row in enumerate(rows):
         if row[8] == 0.0:

@@ -13,8 +13,10 @@ from wideberth.avoidance import decision_kernels as dk
 from wideberth.avoidance import graph_kernels as gk
 from wideberth.avoidance import kernels as rk
 from wideberth.avoidance.config import LocalLevelConfig
-from wideberth.avoidance.local_level import limits_array, printed_risk_array, risk_array
+from wideberth.avoidance.local_level import LocalLevelPlanner, limits_array, printed_risk_array, risk_array
+from wideberth.types import Mission, Ownship, Track, TrackStatus
 from wideberth.vehicles.config import PointMassConfig
+from wideberth.vehicles.kernels import fly_path
 from wideberth.vehicles.point_mass import parameters
 
 seeds = st.integers(0, 2**32 - 1)
@@ -304,3 +306,33 @@ def test_the_cheapest_labels_come_first():
     gk.sort_labels(labels, 3, 20, order)
     cost = labels[order[:20], gk.LABEL_COST]
     assert sorted(order[:20]) == list(range(3, 23)) and np.all(np.diff(cost[:-1]) >= 0) and cost[-1] == math.inf
+
+
+def test_an_encounter_on_the_small_map():
+    """A whole encounter on the small map: mission, a new maneuver, kept, and back to the mission."""
+    planner = LocalLevelPlanner(LocalLevelConfig(map="collision_38", hold_s=3.0), VEHICLE)
+    mission = Mission(np.array([[0.0, 0, -900], [9e3, 0, -900]]), np.full(2, 40.0), 0.0)
+    x, actions = np.array([0.0, 0, -900, 40, 0, 0, 0]), []
+    points, speeds, index = mission.waypoints, mission.speeds, 1
+    flown = None
+    for t in range(45):
+        own = Ownship(t, x[:3].copy(), np.array([x[3] * math.cos(x[4]), x[3] * math.sin(x[4]), -x[6]]))
+        position = np.array([2000.0 - 60 * t, 10.0, -905])
+        track = Track(
+            "a1b2c3", t, position, np.array([-60.0, 0, 0]), np.zeros(3), np.eye(9), TrackStatus.CONFIRMED, t
+        )  # fmt: skip
+        maneuver, events = planner.decide(t, own, [track], [], mission)
+        actions += events
+        if maneuver is not flown:
+            flown, index = maneuver, 1
+            points, speeds = mission.waypoints, mission.speeds
+            if maneuver is not None:
+                points = np.vstack([x[:3], maneuver.waypoints])
+                speeds = np.full(len(points), 40.0)
+        states = np.empty((2, 7))
+        index = fly_path(x, points, speeds, index, VEHICLE, np.zeros(3), 0.5, 2, states)
+        x = states[1]
+        away = position - [60.0, 0, 0] - x[:3]
+        assert math.hypot(away[0], away[1]) > 152.4 or abs(away[2]) > 30.48
+    assert actions[0].startswith("intruder A1B2C3") and actions[-1] == "clear of traffic: return to the mission"
+    assert flown is None

@@ -63,6 +63,7 @@ DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW, 
 )
 N_POLICY = 10
 
+EXHAUSTED = 10.0  # s before its last waypoint's time a maneuver must be replaced
 SAME_PLACE = 150.0  # m: closer than this a plan begins like the mission
 
 
@@ -202,16 +203,18 @@ def decide(
                 return RETURN
 
     kept_cost = math.inf
+    exhausted = False
     if active:
         n_points = int(plan[N_POINTS])
         index = int(plan[POINT_INDEX])
         look_ahead(x, points[:n_points], speeds[:n_points], index, free, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
         kept_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_kept)
+        exhausted = index >= n_points or t > times[n_points - 1] - EXHAUSTED
         settled = t - plan[T_CHOSEN] >= policy[SETTLE]
-        if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and index < n_points:
+        if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and not exhausted:
             return KEEP
-        if met_kept[FIRST_OUTER] > policy[TRIGGER] and t - plan[T_CHOSEN] < policy[RENEW]:
+        if met_kept[FIRST_OUTER] > policy[TRIGGER] and t - plan[T_CHOSEN] < policy[RENEW] and not exhausted:
             return KEEP
 
     start[NORTH], start[EAST], start[DOWN] = x[0], x[1], x[2]
@@ -249,7 +252,7 @@ def decide(
         )
         reverses = turned * turn_sense < 0 or climbed * climb_sense < 0
         better = new_cost < policy[SWITCH_RATIO] * kept_cost and kept_cost - new_cost > policy[SWITCH_GAIN]
-        if not rescued and (reverses or not better):
+        if not rescued and not exhausted and (reverses or not better):
             return KEEP
     points[: count + 1], times[: count + 1], speeds[: count + 1] = new_points, new_times, new_speeds
     if not active:

@@ -276,6 +276,20 @@ def test_two_aircraft_with_one_address() -> None:
     assert tracker.counters["position outside the gate"] == 3
 
 
+def test_a_receiver_clock_that_slips_makes_no_second_aircraft() -> None:
+    tracker = AdsbKalmanTracker(AdsbKalmanConfig())
+    speed = 220.0
+    events: list[str] = []
+    for t in np.arange(0.5, 200.0, 0.5):
+        slip = 0.7 if t % 48.0 < 2.0 else 0.0  # stamps are late for two seconds
+        tracks, told = tracker.step(t, [scan(t, [(t, "abc123", straight(t - slip, speed=speed))])])
+        events += told
+        assert len(tracks) == 1
+    assert not any("two aircraft" in event or "lost" in event for event in events)
+    assert tracker.counters["position outside the gate"] > 0
+    assert np.allclose(tracks[0].position, straight(199.5, speed=speed)[:3], atol=20.0)
+
+
 def test_track_starts_again_where_its_positions_agree() -> None:
     tracker = AdsbKalmanTracker(AdsbKalmanConfig())
     fly(tracker, np.arange(0.5, 10.0).tolist())

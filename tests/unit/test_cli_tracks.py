@@ -1,5 +1,6 @@
 import json
 import math
+from pathlib import Path
 
 import pyarrow.parquet as pq
 import pytest
@@ -88,6 +89,29 @@ def test_wrong_arguments_are_one_line(tmp_path, monkeypatch, arguments, message)
     assert result.exit_code == 2
     assert message in result.output
     assert len(result.output.strip().splitlines()) == 1
+
+
+SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "adsb"
+
+
+@pytest.mark.parametrize(
+    ("name", "aircraft", "positions", "rows"),
+    [
+        ("mode_s_one_flight.jsonl.gz", 1, 6451, 3000),
+        ("sbs_44_aircraft.log.gz", 44, 1766, 5000),
+        ("beast_one_aircraft.bin", 1, 3, 10),
+    ],
+)
+def test_one_track_for_every_recorded_aircraft(tmp_path, name, aircraft, positions, rows):
+    if not (SHARED / name).exists():
+        pytest.skip(f"no recording {SHARED / name}")
+    result = run(SHARED / name, "--out", tmp_path / "tracks.parquet")
+    assert result.exit_code == 0
+    words = " ".join(result.output.replace("│", " ").split())
+    assert f"aircraft with positions {aircraft} positions given to the tracker {positions} tracks {aircraft} " in words
+    table = pq.read_table(tmp_path / "tracks.parquet")
+    assert len(set(table["icao"].to_pylist())) == aircraft
+    assert table.num_rows > rows
 
 
 def test_a_recording_without_positions_says_so(tmp_path):

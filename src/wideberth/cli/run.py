@@ -17,7 +17,10 @@ def run(
         ),
     ] = None,
     traffic_format: Annotated[
-        str, typer.Option(help="Format of a file: auto, trajectories, modes, beast, avr or sbs.")
+        str,
+        typer.Option(
+            help="Format of a file: auto, trajectories, frames, beast, beast-gps, beast-12mhz, avr, avr-untimed or sbs."
+        ),
     ] = "auto",
     mission: Annotated[
         Path | None,

@@ -39,6 +39,10 @@ from wideberth.units import FOOT
 _MEMORY_SECONDS = 5.0
 """How long a reported velocity or altitude may serve to start a track, and a rejected position is remembered."""
 
+_SHARED_DISTANCE = 500.0
+"""Distance beyond which rejected positions are a second aircraft's, m: receivers' clocks slip by up to 1 s, which looks
+like a place 250 m along the track."""
+
 _TURN_ACCELERATION = 5.0
 """Acceleration that three rejected positions of one aircraft may show and still agree, m/s2."""
 
@@ -373,7 +377,8 @@ class AdsbAircraft:
             first = self._rejected[-3][0]
             fed = [other for other in self.filters if other.fix[0] > first]
             altitude = self._recent_altitude(report)
-            if len(fed) == len(self.filters) and math.isfinite(altitude):
+            far = all(self._away(other, report) > _SHARED_DISTANCE for other in self.filters)
+            if far and len(fed) == len(self.filters) and math.isfinite(altitude):
                 other = self._add(report, altitude, agreeing)
                 self._rejected = ()
                 return [
@@ -386,11 +391,15 @@ class AdsbAircraft:
             return self._restart_visibly(oldest, report, None, f"{self._consecutive} rejected positions")
         return []
 
+    def _away(self, f: AircraftFilter, report: Report) -> float:
+        """Return how far a position lies from where a filter expects it, m."""
+        x, dt = self.bank.x[f.slot], (report.step - int(self.bank.last[f.slot])) * self.bank.dt
+        return math.hypot(report.z[0] - x[0, 0] - x[0, 1] * dt, report.z[1] - x[1, 0] - x[1, 1] * dt)
+
     def _restart_visibly(
         self, f: AircraftFilter, report: Report, velocity: tuple[float, float, float] | None, why: str
     ) -> list[str]:
-        x = self.bank.x[f.slot]  # predicted to the report, which did not update it
-        away = math.hypot(report.z[0] - x[0, 0], report.z[1] - x[1, 0])
+        away = self._away(f, report)
         self._restart(f, report, velocity)
         return [f"track {self.name(f.number)} restarted {away:.0f} m from where it was expected after {why}"]
 

@@ -95,7 +95,7 @@ def test_a_lost_aircraft_is_no_warning_for_its_uncertainty_alone() -> None:
 @pytest.mark.parametrize("volume", ["sarp", "astm_f3442", "nmac"])
 @pytest.mark.parametrize("age", [0.0, 5.0, 40.0])
 def test_a_collision_course_is_a_warning_however_old_the_track(volume: str, age: float) -> None:
-    config = DetectionConfig(well_clear_volume=volume)  # type: ignore[arg-type]
+    config = DetectionConfig(well_clear_volume=volume)
     for east, down in ((0.0, 0.0), (140.0, 25.0), (-140.0, -25.0)):
         assert level(lost(track([1600.0, east, down], [-41.0, 0.0, 0.0]), age), config) is AlertLevel.WARNING
 

@@ -126,7 +126,7 @@ def _table(summary: dict[str, Any]) -> Any:
         ("mission path", number(summary["mission_path_length_m"] / 1e3, " km", 1)),
         ("mission completed", "yes" if summary["mission_completed"] else "NO"),
         ("time of a step, mean / p95 / max", _step_times(summary["step_time_ms"])),
-        ("reports rejected", number(sum(sum(causes.values()) for causes in summary["rejections"].values()))),
+        ("reports lost or rejected", number(sum(sum(causes.values()) for causes in summary["rejections"].values()))),
     ]
     for row in rows:
         table.add_row(*row)

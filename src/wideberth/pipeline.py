@@ -1,11 +1,14 @@
 """The corridor as one step: scans in, decision out. No clock, no I/O, no globals."""
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
 from wideberth.tracking.lost_traffic import LostTraffic
 from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Scan, SensorHealth, Snapshot, Threat, Track
+from wideberth.units import FOOT, NAUTICAL_MILE
 
+LOST_RANGE, LOST_HEIGHT = 5 * NAUTICAL_MILE, 2000 * FOOT  # a lost aircraft this near leaves the alert unknown
 LEVEL_HOLD = 3.0  # s that a threat must look better before its level falls
 
 
@@ -55,6 +58,12 @@ class AlertFilter:
             filtered.append(threat if level is threat.level else _with_level(threat, level))
         self._held = held
         return tuple(filtered)
+
+
+def _is_near(ownship: Ownship, track: Track) -> bool:
+    """Return whether a lost aircraft may still matter: then the sky is not known to be clear."""
+    north, east, down = track.position - ownship.position
+    return math.hypot(north, east) < LOST_RANGE and abs(down) < LOST_HEIGHT
 
 
 def _with_level(threat: Threat, level: AlertLevel) -> Threat:
@@ -134,10 +143,8 @@ class Pipeline:
         c3 = self._counter()
         sensors, states = self._health(scans)
         alert = max((threat.level for threat in threats), default=AlertLevel.CLEAR)
-        near = {track.id for track in lost}
-        if any(health.state != "ok" for health in sensors.values()) or any(
-            threat.track_id in near and threat.level > AlertLevel.CLEAR for threat in threats
-        ):
+        silent = any(health.state != "ok" for health in sensors.values())
+        if silent or any(_is_near(ownship, track) for track in lost):
             alert = max(alert, AlertLevel.UNKNOWN)
         return Snapshot(
             t=t,

@@ -294,17 +294,18 @@ def test_a_completed_mission_ends_maneuvers():
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-@pytest.mark.parametrize("what", ["position", "velocity"])
-def test_a_track_that_is_not_finite_neither_hides_the_others_nor_breaks_anything(what, bad):
+@pytest.mark.parametrize("what", ["position", "velocity", "covariance"])
+def test_a_track_that_is_not_finite_is_said_and_neither_hides_the_others_nor_breaks_anything(what, bad):
     good = head_on(15.0)
     values = getattr(good, what).copy()
     values[1] = bad
     wrong = dataclasses.replace(good, id="bad000", **{what: values})
     alone, reason = planner().decide(0.0, north(), [good], [], mission())
     both, same = planner().decide(0.0, north(), [wrong, good], [], mission())
-    assert reason == same and np.array_equal(alone.waypoints, both.waypoints)
+    said = ("track BAD000 is not finite: it cannot be avoided",)
+    assert same == (*said, *reason) and np.array_equal(alone.waypoints, both.waypoints)
     assert both.threat_ids == ("a1b2c3",)
-    assert planner().decide(0.0, north(), [wrong], [], mission()) == (None, ())
+    assert planner().decide(0.0, north(), [wrong], [], mission()) == (None, said)
 
 
 def test_the_same_inputs_give_the_same_decisions():

@@ -181,10 +181,14 @@ def test_a_near_aircraft_that_was_lost_is_still_there_and_unknown():
     assert gone.step(61.0, ownship(61), [], MISSION).tracks == ()
 
 
-def test_a_lost_aircraft_that_is_far_off_does_not_matter():
-    made = pipeline(FakeTracker([track(0.0)], []), FakeDetector(CLEAR))
+@pytest.mark.parametrize(
+    ("position", "state"),
+    [((3000.0, 0.0, -900.0), UNKNOWN), ((30000.0, 0.0, -900.0), CLEAR), ((3000.0, 0.0, -9000.0), CLEAR)],
+)
+def test_only_a_lost_aircraft_that_is_near_leaves_the_alert_unknown(position, state):
+    made = pipeline(FakeTracker([track(0.0, position=np.array(position))], []), FakeDetector(CLEAR))
     made.step(0.0, ownship(0), [], MISSION)
-    assert made.step(10.0, ownship(10), [], MISSION).alert_state is CLEAR
+    assert made.step(10.0, ownship(10), [], MISSION).alert_state is state
 
 
 def test_stage_times_come_from_the_given_counter():

@@ -69,6 +69,9 @@ class LocalLevelConfig(PartConfig):
     renew_s: float = Field(20.0, ge=0, description="a maneuver that stays clear is not questioned for this long")
     switch_ratio: float = Field(0.6, gt=0, le=1, description="a new plan must cost less than this part of the kept one")
     switch_gain: float = Field(10.0, ge=0, description="and be better by this much")
+    tentative_s: float = Field(
+        35.0, ge=0, description="a track not yet confirmed is only avoided if it could be here within this time"
+    )
     ghost_s: float = Field(60.0, ge=0, description="how long a lost aircraft is still avoided where it would be")
 
     altitude_min_m: float = Field(120.0, description="no maneuver goes below (altitude, m)")

@@ -81,6 +81,14 @@ def look_ahead(
 
 
 @jit
+def free_of_capture(vehicle: Floats) -> Floats:
+    """Return the vehicle's parameters for flying a maneuver, whose waypoints are never flown back to."""
+    free = vehicle.copy()
+    free[P_CAPTURE] = math.inf
+    return free
+
+
+@jit
 def advance_index(x: Floats, points: Floats, index: int, vehicle: Floats) -> int:
     """Return the point of a path that is flown to now."""
     while index < points.shape[0] and waypoint_passed(x, points, index, vehicle, np.zeros(3)):
@@ -177,8 +185,7 @@ def decide(
     """
     dt = policy[DT]
     n = (states.shape[0] - 1) // STRIDE + 1
-    free = vehicle.copy()  # a maneuver's waypoint is never flown back to
-    free[P_CAPTURE] = math.inf
+    free = free_of_capture(vehicle)
     goal, start = np.empty(3), np.empty(N_LABEL)
     # The speed the mission wants, not the one of this moment: a plan flown slowly would look safe and never be flown.
     wanted = mission_speeds[min(mission_index, mission_speeds.shape[0] - 1)]
@@ -209,7 +216,7 @@ def decide(
         index = int(plan[POINT_INDEX])
         look_ahead(x, points[:n_points], speeds[:n_points], index, free, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
-        kept_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_kept)
+        kept_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), goal_weights, met_kept)
         exhausted = index >= n_points or t > times[n_points - 1] - EXHAUSTED
         settled = t - plan[T_CHOSEN] >= policy[SETTLE]
         if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and not exhausted:
@@ -236,7 +243,7 @@ def decide(
         new_times[ring + 1] = t + elapsed
     look_ahead(x, new_points, new_speeds, 1, free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
-    new_cost = path_cost(states, goal, wanted, limits[CLIMB_MAX], goal_weights, met_new)
+    new_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), goal_weights, met_new)
     if not active and met_mission[FIRST_OUTER] > policy[TRIGGER_NOW]:
         # Where the plan begins like the mission, waiting costs nothing, and the traffic shows what it does.
         label = labels[path[min(1, count - 1)]]
@@ -272,7 +279,7 @@ def warmup() -> None:
     x, mission = np.array([0.0, 0.0, -500.0, 40.0, 0.0, 0.0, 0.0]), np.array([[0.0, 0.0, -500.0], [9e3, 0.0, -500.0]])
     vehicle = np.ones(N_PARAMS)
     risk, limits, policy = np.ones(N_RISK), np.ones(N_LIMITS), np.ones(N_POLICY)
-    advance_index(x, mission, 1, vehicle)
+    advance_index(x, mission, 1, free_of_capture(vehicle))
     look_ahead(x, mission, np.full(2, 40.0), 1, vehicle, 1.0, np.zeros((7, 7)))
     decide(
         0.0, x, mission, np.full(2, 40.0), 1, vehicle, np.ones((2, 4, N_PREDICTION)), np.ones(2), 1, 1,

@@ -12,7 +12,7 @@ from wideberth.avoidance import kernels as rk
 from wideberth.avoidance.config import LocalLevelConfig
 from wideberth.avoidance.maps import MAPS
 from wideberth.avoidance.wording import describe_maneuver
-from wideberth.types import Maneuver, Mission, Ownship, Threat, Track
+from wideberth.types import Maneuver, Mission, Ownship, Threat, Track, TrackStatus
 from wideberth.vehicles import kernels as vk
 
 FloatArray = NDArray[np.float64]
@@ -34,6 +34,7 @@ class LocalLevelPlanner:
     def __init__(self, config: LocalLevelConfig, vehicle: FloatArray) -> None:
         self._config = config
         self._vehicle = vehicle
+        self._free = dk.free_of_capture(vehicle)
         map_ = MAPS[config.map]()
         self._nodes = map_.arrays(config.grid_step_s)
         self._geometry = map_.geometry
@@ -78,13 +79,18 @@ class LocalLevelPlanner:
         if t - self._t_decided < self._config.decision_period_s - _EPSILON:
             return self._maneuver, ()
         self._t_decided = t
-        near = self._within_reach(ownship, [track for track in tracks if not track.is_ownship])
+        others = [track for track in tracks if not track.is_ownship]
+        usable = [track for track in others if _is_finite(track)]
+        lame = tuple(
+            f"track {track.label} is not finite: it cannot be avoided" for track in others if track not in usable
+        )
+        near = self._within_reach(ownship, usable)
         if not near and self._maneuver is None:
-            return None, ()
+            return None, lame
         if mission.index >= len(mission.waypoints):
             self._plan[:] = 0.0
             self._maneuver = None
-            return None, ()
+            return None, lame
         intruders, weight, owner, count = self._predict(ownship, near)
         x = ground_state(ownship)
         self._advance(x)
@@ -100,12 +106,12 @@ class LocalLevelPlanner:
         )  # fmt: skip
         if action == dk.MISSION or action == dk.RETURN:
             self._maneuver = None
-            return None, ("clear of traffic: return to the mission",) if action == dk.RETURN else ()
+            return None, (*lame, *(("clear of traffic: return to the mission",) if action == dk.RETURN else ()))
         if action == dk.NEW:
             involved = self._involved(x, mission, intruders, weight, owner, count, near)
             self._maneuver = self._describe(t, x, involved, threats)
-            return self._maneuver, (self._maneuver.reason,)
-        return self._maneuver, ()
+            return self._maneuver, (*lame, self._maneuver.reason)
+        return self._maneuver, lame
 
     def _within_reach(self, ownship: Ownship, tracks: Sequence[Track]) -> list[Track]:
         """Return the tracks that could come near within the planning horizon."""
@@ -114,13 +120,16 @@ class LocalLevelPlanner:
         horizon = (self._n - 1) * self._config.grid_step_s
         position = np.array([track.position for track in tracks]) - ownship.position
         velocity = np.array([track.velocity for track in tracks])
-        finite = np.all(np.isfinite(position), axis=1) & np.all(np.isfinite(velocity), axis=1)
         speed = np.hypot(velocity[:, 0], velocity[:, 1]) + self._limits[gk.SPEED_MAX]
         radius = 2.0 * self._risk[rk.OUTER_RADIUS] + speed * (horizon + self._risk[rk.OUTER_TAU])
         climb = np.abs(velocity[:, 2]) + max(self._limits[gk.CLIMB_MAX], self._limits[gk.SINK_MAX])
         height = 2.0 * self._risk[rk.OUTER_HEIGHT] + climb * horizon
-        reach = finite & (np.hypot(position[:, 0], position[:, 1]) < radius) & (np.abs(position[:, 2]) < height)
-        return [track for track, inside in zip(tracks, reach, strict=True) if inside]
+        distance = np.hypot(position[:, 0], position[:, 1])
+        reach = (distance < radius) & (np.abs(position[:, 2]) < height)
+        # A first message or two tell little of where an aircraft goes: unless it is close, see it a little longer.
+        new = np.array([track.status is TrackStatus.TENTATIVE for track in tracks])
+        early = distance - self._risk[rk.OUTER_RADIUS] > speed * self._config.tentative_s
+        return [track for track, inside in zip(tracks, reach & ~(new & early), strict=True) if inside]
 
     def _predict(
         self, ownship: Ownship, near: Sequence[Track]
@@ -146,7 +155,7 @@ class LocalLevelPlanner:
         if self._plan[dk.ACTIVE] > 0.0:
             n = int(self._plan[dk.N_POINTS])
             index = int(self._plan[dk.POINT_INDEX])
-            self._plan[dk.POINT_INDEX] = dk.advance_index(x, self._points[:n], index, self._vehicle)
+            self._plan[dk.POINT_INDEX] = dk.advance_index(x, self._points[:n], index, self._free)
 
     def _release(
         self,
@@ -215,6 +224,11 @@ class LocalLevelPlanner:
             threat_ids=ids,
             least_bad=least_bad,
         )
+
+
+def _is_finite(track: Track) -> bool:
+    parts = (track.position, track.velocity, track.acceleration, track.covariance)
+    return all(bool(np.all(np.isfinite(part))) for part in parts)
 
 
 def ground_state(ownship: Ownship) -> FloatArray:

@@ -2,7 +2,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.installed
-LOCK := pip-compile --quiet --generate-hashes --no-emit-index-url --no-emit-find-links --no-header --strip-extras --allow-unsafe
+LOCK := pip-compile --quiet --generate-hashes --no-emit-options --no-header --strip-extras --allow-unsafe
 
 .DEFAULT_GOAL := help
 .PHONY: help setup demo test lint bench experiments hooks lock clean

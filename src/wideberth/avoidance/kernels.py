@@ -292,6 +292,29 @@ def evaluate_path(
 
 
 @jit
+def first_losses(
+    states: Floats,
+    stride: int,
+    n: int,
+    dt: float,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    risk: Floats,
+    first: Floats,
+) -> None:
+    """Write into `first` (n_intruders,) when a flown path meets the outer volume of each prediction, inf if never.
+
+    The other parameters are those of `evaluate_path`.
+    """
+    met = np.empty(N_MET)
+    for m in range(n_intruders):
+        one = slice(m, m + 1)
+        evaluate_path(states, stride, n, dt, intruders[one], weight[one], 1, 1.0, risk, met)
+        first[m] = met[FIRST_OUTER]
+
+
+@jit
 def terminal_cost(
     pn: float, pe: float, pd: float, goal: Floats, speed: float, climb_rate: float, weights: Floats
 ) -> float:
@@ -364,6 +387,7 @@ def warmup() -> None:
     m = predict_intruders(np.ones(3), 1.0, 1.0, one, one, one, np.zeros((1, 9, 9)), risk, 1.0, 4, out, weight, owner)
     met, point = np.zeros(N_MET), np.zeros(3)
     evaluate_path(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, 1.0, risk, met)
+    first_losses(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, risk, np.zeros(2))
     terminal_cost(0.0, 0.0, 0.0, point, 1.0, 1.0, np.ones(2))
     point_along(np.ones((2, 3)), 1, 0.0, 0.0, 1.0, point)
     wrap(1.0)

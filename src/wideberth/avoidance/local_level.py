@@ -1,5 +1,6 @@
 """The local-level planner as a part: tracks in, a maneuver with its reason out."""
 
+import itertools
 import math
 from collections.abc import Sequence
 
@@ -80,9 +81,10 @@ class LocalLevelPlanner:
             return self._maneuver, ()
         self._t_decided = t
         others = [track for track in tracks if not track.is_ownship]
-        usable = [track for track in others if _is_finite(track)]
+        finite = _finite(others)
+        usable = list(itertools.compress(others, finite))
         lame = tuple(
-            f"track {track.label} is not finite: it cannot be avoided" for track in others if track not in usable
+            f"track {track.label} is not finite: it cannot be avoided" for track in itertools.compress(others, ~finite)
         )
         near = self._within_reach(ownship, usable)
         if not near and self._maneuver is None:
@@ -184,16 +186,13 @@ class LocalLevelPlanner:
     ) -> list[Track]:
         """Return the aircraft in whose way the mission leads, the first met first."""
         dt = self._config.grid_step_s
-        states, met = self._states, np.zeros(rk.N_MET)
+        states, met = self._states, np.empty(max(count, 1))
         dk.look_ahead(x, mission.waypoints, mission.speeds, mission.index, self._vehicle, dt, states)
+        rk.first_losses(states, dk.STRIDE, self._n, dt, intruders, weight, count, self._risk, met)
         first: dict[int, float] = {}
-        for m in range(count):
-            rk.evaluate_path(
-                states, dk.STRIDE, self._n, dt, intruders[m : m + 1], weight[m : m + 1], 1, 1.0, self._risk, met
-            )
-            if math.isfinite(met[rk.FIRST_OUTER]):
-                i = int(owner[m])
-                first[i] = min(first.get(i, math.inf), float(met[rk.FIRST_OUTER]))
+        for m in np.flatnonzero(np.isfinite(met[:count])):
+            i = int(owner[m])
+            first[i] = min(first.get(i, math.inf), float(met[m]))
         return [near[i] for i in sorted(first, key=lambda i: (first[i], near[i].id))]
 
     def _describe(self, t: float, x: FloatArray, involved: Sequence[Track], threats: Sequence[Threat]) -> Maneuver:
@@ -226,9 +225,14 @@ class LocalLevelPlanner:
         )
 
 
-def _is_finite(track: Track) -> bool:
-    parts = (track.position, track.velocity, track.acceleration, track.covariance)
-    return all(bool(np.all(np.isfinite(part))) for part in parts)
+def _finite(tracks: Sequence[Track]) -> NDArray[np.bool_]:
+    """Return for each track whether all of its numbers are finite."""
+    if not tracks:
+        return np.zeros(0, bool)
+    # A sum is finite only where all its terms are; one call for all tracks is what makes it cheap.
+    states = np.array([[track.position, track.velocity, track.acceleration] for track in tracks])
+    covariances = np.array([track.covariance for track in tracks])
+    return np.asarray(np.isfinite(states.sum(axis=(1, 2)) + covariances.sum(axis=(1, 2))))
 
 
 def ground_state(ownship: Ownship) -> FloatArray:

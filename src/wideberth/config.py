@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, ValidationError
 
@@ -36,6 +36,7 @@ PART_FOLDERS: Mapping[str, str] = {
     "avoidance": "avoidance",
 }
 _LARGEST_FILE = 16_000_000
+Checked = TypeVar("Checked", bound=PartConfig)
 
 
 @dataclass(frozen=True, slots=True)
@@ -263,7 +264,7 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
     """
     wrong: list[str] = []
     known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "traffic"}
-    general = _check(_GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong)
+    general = check_table(_GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong)
     wrong += [f"{k}: {unknown_key(k, v, known)}" for k, v in tables.items() if k not in known]
     traffic = _traffic(tables.get("traffic", {}), folder, wrong)
     recorded = isinstance(traffic, RecordedTrafficConfig)
@@ -280,7 +281,8 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
     return ScenarioConfig(**settings, **parts, traffic=traffic)
 
 
-def _check(model: type[PartConfig], table: dict[str, Any], prefix: str, wrong: list[str]) -> PartConfig | None:
+def check_table(model: type[Checked], table: dict[str, Any], prefix: str, wrong: list[str]) -> Checked | None:
+    """Return a table as its model; None where it is wrong, with a line for each mistake added to `wrong`."""
     try:
         return model.model_validate(table)
     except ValidationError as error:
@@ -309,7 +311,7 @@ def _traffic(
     if kind not in TRAFFIC:
         wrong.append(f"traffic.kind: there is no '{kind}' (known: {', '.join(TRAFFIC)})")
         return None
-    config = _check(TRAFFIC[kind], settings, "traffic", wrong)
+    config = check_table(TRAFFIC[kind], settings, "traffic", wrong)
     if isinstance(config, RecordedTrafficConfig):
         is_file = config.path is not None and config.path != "-" and "://" not in config.path
         if is_file and folder is not None:
@@ -345,7 +347,7 @@ def _part(key: str, table: object, wrong: list[str]) -> Part | None:
     if not (isinstance(model, type) and issubclass(model, PartConfig)):
         wrong.append(f"{key}.kind: {kind} has no configuration model (a class attribute Config)")
         return None
-    config = _check(model, settings, key, wrong)
+    config = check_table(model, settings, key, wrong)
     return None if config is None else Part(kind, target, config)
 
 

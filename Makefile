@@ -37,7 +37,9 @@ test: lint  ## lint, then every test, then the kernels' tests again without the 
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term
 	$(BIN)/python -m pytest -n 2
 
-bench: setup  ## measure; results go to benchmarks/results
+# Without BlueSky all other benchmarks still run.
+bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results
+	-$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --require-hashes -r requirements-bench.lock
 	$(BIN)/wideberth warmup
 	$(BIN)/python -m benchmarks.run
 
@@ -50,6 +52,7 @@ hooks: setup  ## run the linters before each commit
 lock:  ## renew the lock files (needs pip-tools)
 	$(LOCK) --output-file requirements.lock pyproject.toml
 	$(LOCK) --extra test --constraint requirements.lock --output-file requirements-dev.lock pyproject.toml
+	$(LOCK) --extra bench --constraint requirements-dev.lock --output-file requirements-bench.lock pyproject.toml
 
 clean:  ## remove what was made, except .venv
 	rm -rf out build .mypy_cache .ruff_cache .pytest_cache .import_linter_cache .hypothesis .coverage

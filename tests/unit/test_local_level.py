@@ -26,7 +26,7 @@ from wideberth.vehicles.point_mass import PointMass, parameters
 SPEED, ALTITUDE = 40.0, 900.0
 COVARIANCE = np.diag([100.0, 100, 25, 1, 1, 0.25, 0.01, 0.01, 0.01])
 # Time to the meeting that each map is made for.
-MEETING = {"flyable": 40.0, "self_separation_150": 40.0, "collision_38": 13.0}
+MEETING = {"flyable": 40.0, "self_separation_150": 40.0, "collision_38": 13.0, "flyable_38": 30.0, "flyable_150": 80.0}
 
 
 def planner(vehicle=None, **config):

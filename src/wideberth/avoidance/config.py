@@ -15,8 +15,10 @@ class LocalLevelConfig(PartConfig):
     one, *outer* the well-clear volume that is to be kept. Heights are half-heights.
     """
 
-    map: Literal["flyable", "self_separation_150", "collision_38"] = Field(
-        "flyable", description="the map of nodes: flyable (default) or one of the two printed in the ADS-B paper"
+    map: Literal["flyable", "flyable_150", "flyable_38", "self_separation_150", "collision_38"] = Field(
+        "flyable",
+        description="the map of nodes: flyable (default); one of the two of the ADS-B paper as printed "
+        "(self_separation_150, collision_38); or as many nodes, each where the aircraft really gets to (flyable_...)",
     )
     decision_period_s: float = Field(1.0, gt=0, le=10, description="time between decisions")
     grid_step_s: float = Field(1.0, gt=0, le=5, description="time between the places at which risk is evaluated")
@@ -63,6 +65,17 @@ class LocalLevelConfig(PartConfig):
     trigger_now_s: float = Field(
         20.0, ge=0, description="later than this a maneuver that would begin like the mission is not begun yet"
     )
+    trigger: Literal["path", "detection"] = Field(
+        "path",
+        description="what begins a maneuver: the mission's path meets a volume; or besides, a collision is detected "
+        "with the intruder inside the boundary trigger_radius_m, trigger_half_height_m, trigger_tau_s",
+    )
+    trigger_radius_m: float = Field(4000 * FOOT, gt=0)
+    trigger_half_height_m: float = Field(700 * FOOT, gt=0)
+    trigger_tau_s: float = Field(35.0, ge=0)
+    trigger_collision_radius_m: float = Field(500 * FOOT, gt=0)
+    trigger_collision_half_height_m: float = Field(100 * FOOT, gt=0)
+    trigger_sigmas: float = Field(3.0, ge=0, le=6, description="m1 = m2 of algorithm 2 for that detection")
     settle_s: float = Field(4.0, ge=0, description="a new maneuver is not replaced sooner, but to escape")
     hold_s: float = Field(8.0, ge=0, description="least time that a maneuver is flown")
     clear_s: float = Field(3.0, ge=0, description="how long the mission must look safe before it is resumed")

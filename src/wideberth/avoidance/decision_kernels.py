@@ -5,6 +5,7 @@ is kept until another is clearly better, and the mission is resumed only when fl
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,6 @@ from wideberth.avoidance.graph_kernels import (
     DOWN,
     EAST,
     N_LABEL,
-    N_LIMITS,
     NORTH,
     SPEED,
     search_map,
@@ -27,16 +27,18 @@ from wideberth.avoidance.kernels import (
     COST,
     FIRST_HARD,
     FIRST_OUTER,
-    N_MET,
-    N_PREDICTION,
-    N_RISK,
     TIME_HARD,
     TIME_INNER,
     evaluate_path,
     point_along,
     terminal_cost,
 )
-from wideberth.vehicles.kernels import N_PARAMS, P_CAPTURE, fly_path, waypoint_passed
+from wideberth.vehicles.kernels import (
+    N_PARAMS,
+    P_CAPTURE,
+    fly_path,
+    waypoint_passed,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -49,19 +51,12 @@ ACTIVE, T_CHOSEN, TURN_SENSE, CLIMB_SENSE, LEAST_BAD, SAFE_SINCE, N_POINTS, POIN
 N_PLAN = 8
 
 # When to decide what.
-DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW, TRIGGER_NOW, SETTLE = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-    7,
-    8,
-    9,
-)
-N_POLICY = 10
+DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW = 0, 1, 2, 3, 4, 5, 6, 7
+TRIGGER_NOW, SETTLE, TRIGGER_KIND, HORIZON, TENTATIVE = 8, 9, 10, 11, 12
+N_POLICY = 13
+
+# What a maneuver waits for: the path ahead alone, or a detection as well.
+ON_PATH, ON_DETECTION = 0, 1
 
 EXHAUSTED = 10.0  # s before its last waypoint's time a maneuver must be replaced
 SAME_PLACE = 150.0  # m: closer than this a plan begins like the mission
@@ -115,6 +110,72 @@ def first_sense(values: Floats, path: Integers, count: int, band: float) -> int:
     return 0
 
 
+class Settings(NamedTuple):
+    """What a planner is made of; arrays as the kernels that use them say.
+
+    Attributes
+    ----------
+    vehicle, free : ndarray, shape (vehicles.kernels.N_PARAMS,)
+        The point mass, for flying the mission and for flying a maneuver (`free_of_capture`).
+    geometry : int
+    ring_start, ring_steps, headings, heights : ndarray
+        The map, as for `search_map`.
+    risk, search_risk : ndarray, shape (N_RISK,)
+        What flown paths are judged by, and what the map is searched with (the same, unless the search is as printed).
+    goal_weights : ndarray, shape (2,)
+    policy : ndarray, shape (N_POLICY,)
+    trigger : ndarray, shape (8,)
+        Rules of `conflict.detection_kernels.detect` for the trigger `ON_DETECTION`.
+    """
+
+    vehicle: Floats
+    free: Floats
+    geometry: int
+    ring_start: Integers
+    ring_steps: Integers
+    headings: Floats
+    heights: Floats
+    risk: Floats
+    search_risk: Floats
+    goal_weights: Floats
+    policy: Floats
+    trigger: Floats
+
+
+class Memory(NamedTuple):
+    """What a planner remembers, and its buffers.
+
+    Attributes
+    ----------
+    plan : ndarray, shape (N_PLAN,)
+        The maneuver being flown.
+    points, speeds, times : ndarray, shape (rings + 1, 3), (rings + 1,), (rings + 1,)
+        Its waypoints; the first is where it began.
+    held : ndarray of int, shape (1 + n,)
+        How many aircraft it avoids, and their keys.
+    limits : ndarray, shape (N_LIMITS,)
+        Of the aircraft; its speed is the one wanted now.
+    states : ndarray, shape (STRIDE (n - 1) + 1, 7)
+        Flight ahead over n grid times.
+    labels, parent, path : ndarray
+        Of `search_map`.
+    met : ndarray, shape (3, N_MET)
+        What flying the mission, the maneuver kept and the new one would meet.
+    """
+
+    plan: Floats
+    points: Floats
+    speeds: Floats
+    times: Floats
+    held: Integers
+    limits: Floats
+    states: Floats
+    labels: Floats
+    parent: Integers
+    path: Integers
+    met: Floats
+
+
 @jit
 def decide(
     t: float,
@@ -122,33 +183,13 @@ def decide(
     mission: Floats,
     mission_speeds: Floats,
     mission_index: int,
-    vehicle: Floats,
     intruders: Floats,
     weight: Floats,
     n_intruders: int,
-    geometry: int,
-    ring_start: Integers,
-    ring_steps: Integers,
-    headings: Floats,
-    heights: Floats,
-    limits: Floats,
-    risk: Floats,
-    search_risk: Floats,
-    goal_weights: Floats,
-    policy: Floats,
-    plan: Floats,
-    points: Floats,
-    speeds: Floats,
-    times: Floats,
-    states: Floats,
-    labels: Floats,
-    parent: Integers,
-    path: Integers,
-    met_mission: Floats,
-    met_kept: Floats,
-    met_new: Floats,
+    settings: Settings,
+    memory: Memory,
 ) -> int:
-    """Decide what to fly.
+    """Decide what to fly; `memory.states` holds the flight ahead along the mission.
 
     Parameters
     ----------
@@ -158,34 +199,23 @@ def decide(
         The ownship as a point-mass state in the ground frame.
     mission, mission_speeds, mission_index
         The mission and its next waypoint.
-    vehicle : ndarray
-        Parameters of the point mass.
     intruders, weight, n_intruders
-        As filled by `predict_intruders` on the grid of `states`.
-    geometry, ring_start, ring_steps, headings, heights, limits, goal_weights
-        As for `search_map`.
-    risk, search_risk : ndarray
-        What flown paths are judged by, and what the map is searched with (the same, unless the search is as printed).
-    policy : ndarray, shape (N_POLICY,)
-    plan : ndarray, shape (N_PLAN,)
-        The maneuver being flown; updated.
-    points, speeds, times : ndarray, shape (rings + 1, 3), (rings + 1,), (rings + 1,)
-        Its waypoints (the first is where it began); overwritten by a new one.
-    states : ndarray, shape (STRIDE (n - 1) + 1, 7)
-        Buffer for flying ahead over n grid times.
-    labels, parent, path
-        Buffers of `search_map`.
-    met_mission, met_kept, met_new : ndarray, shape (N_MET,)
-        Overwritten with what flying each of the three would meet.
+        As filled by `predict_intruders` on the grid of `memory.states`.
+    settings : Settings
+    memory : Memory
+        Updated.
 
     Returns
     -------
     int
         `MISSION`, `KEEP`, `NEW` or `RETURN`.
     """
+    risk, policy, limits, plan, states = settings.risk, settings.policy, memory.limits, memory.plan, memory.states
+    ring_steps, headings, heights = settings.ring_steps, settings.headings, settings.heights
+    labels, path = memory.labels, memory.path
+    met_mission, met_kept, met_new = memory.met[0], memory.met[1], memory.met[2]
     dt = policy[DT]
     n = (states.shape[0] - 1) // STRIDE + 1
-    free = free_of_capture(vehicle)
     goal, start = np.empty(3), np.empty(N_LABEL)
     # The speed the mission wants, not the one of this moment: a plan flown slowly would look safe and never be flown.
     wanted = mission_speeds[min(mission_index, mission_speeds.shape[0] - 1)]
@@ -193,7 +223,6 @@ def decide(
     point_along(mission, mission_index, x[0], x[1], wanted * (n - 1) * dt, goal)
     active = plan[ACTIVE] > 0.0
 
-    look_ahead(x, mission, mission_speeds, mission_index, vehicle, dt, states)
     margin = policy[RETURN_MARGIN] if active else 1.0
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, margin, risk, met_mission)
     soon = states[STRIDE * min(n - 1, ring_steps[0] + ring_steps[min(1, ring_steps.shape[0] - 1)])].copy()
@@ -214,10 +243,10 @@ def decide(
     if active:
         n_points = int(plan[N_POINTS])
         index = int(plan[POINT_INDEX])
-        look_ahead(x, points[:n_points], speeds[:n_points], index, free, dt, states)
+        look_ahead(x, memory.points[:n_points], memory.speeds[:n_points], index, settings.free, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
-        kept_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), goal_weights, met_kept)
-        exhausted = index >= n_points or t > times[n_points - 1] - EXHAUSTED
+        kept_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), settings.goal_weights, met_kept)
+        exhausted = index >= n_points or t > memory.times[n_points - 1] - EXHAUSTED
         settled = t - plan[T_CHOSEN] >= policy[SETTLE]
         if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and not exhausted:
             return KEEP
@@ -228,8 +257,9 @@ def decide(
     start[COURSE], start[CLIMB] = x[4], x[6]
     turn_sense, climb_sense = int(plan[TURN_SENSE]), int(plan[CLIMB_SENSE])
     count = search_map(
-        start, geometry, ring_start, ring_steps, headings, heights, dt, limits, intruders, weight, n_intruders,
-        search_risk, goal, goal_weights, turn_sense, climb_sense, labels, parent, path,
+        start, settings.geometry, settings.ring_start, ring_steps, headings, heights, dt, limits,
+        intruders, weight, n_intruders, settings.search_risk, goal, settings.goal_weights, turn_sense, climb_sense,
+        labels, memory.parent, path,
     )  # fmt: skip
     if count == 0:
         return KEEP if active else MISSION
@@ -241,9 +271,9 @@ def decide(
         elapsed += ring_steps[ring] * dt
         new_points[ring + 1] = labels[path[ring], :3]
         new_times[ring + 1] = t + elapsed
-    look_ahead(x, new_points, new_speeds, 1, free, dt, states)
+    look_ahead(x, new_points, new_speeds, 1, settings.free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
-    new_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), goal_weights, met_new)
+    new_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), settings.goal_weights, met_new)
     if not active and met_mission[FIRST_OUTER] > policy[TRIGGER_NOW]:
         # Where the plan begins like the mission, waiting costs nothing, and the traffic shows what it does.
         label = labels[path[min(1, count - 1)]]
@@ -261,7 +291,9 @@ def decide(
         better = new_cost < policy[SWITCH_RATIO] * kept_cost and kept_cost - new_cost > policy[SWITCH_GAIN]
         if not rescued and not exhausted and (reverses or not better):
             return KEEP
-    points[: count + 1], times[: count + 1], speeds[: count + 1] = new_points, new_times, new_speeds
+    memory.points[: count + 1] = new_points
+    memory.times[: count + 1] = new_times
+    memory.speeds[: count + 1] = new_speeds
     if not active:
         plan[TURN_SENSE] = plan[CLIMB_SENSE] = 0.0
         plan[SAFE_SINCE] = math.inf
@@ -275,16 +307,5 @@ def decide(
 
 
 def warmup() -> None:
-    """Compile every kernel of this module for the types it is used with."""
-    x, mission = np.array([0.0, 0.0, -500.0, 40.0, 0.0, 0.0, 0.0]), np.array([[0.0, 0.0, -500.0], [9e3, 0.0, -500.0]])
-    vehicle = np.ones(N_PARAMS)
-    risk, limits, policy = np.ones(N_RISK), np.ones(N_LIMITS), np.ones(N_POLICY)
-    advance_index(x, mission, 1, free_of_capture(vehicle))
-    look_ahead(x, mission, np.full(2, 40.0), 1, vehicle, 1.0, np.zeros((7, 7)))
-    decide(
-        0.0, x, mission, np.full(2, 40.0), 1, vehicle, np.ones((2, 4, N_PREDICTION)), np.ones(2), 1, 1,
-        np.array([0, 1]), np.array([3]), np.zeros(1), np.zeros(1), limits, risk, risk, np.ones(2), policy,
-        np.zeros(N_PLAN), np.zeros((2, 3)), np.zeros(2), np.zeros(2), np.zeros((7, 7)),
-        np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),
-        np.zeros(N_MET), np.zeros(N_MET), np.zeros(N_MET),
-    )  # fmt: skip
+    """Compile what Python calls of this module; `planner_kernels` compiles the rest."""
+    free_of_capture(np.ones(N_PARAMS))

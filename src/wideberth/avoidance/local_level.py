@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from wideberth.avoidance import decision_kernels as dk
 from wideberth.avoidance import graph_kernels as gk
 from wideberth.avoidance import kernels as rk
+from wideberth.avoidance import planner_kernels as pk
 from wideberth.avoidance.config import LocalLevelConfig
 from wideberth.avoidance.maps import MAPS
 from wideberth.avoidance.wording import describe_maneuver
@@ -17,6 +18,7 @@ from wideberth.types import Maneuver, Mission, Ownship, Threat, Track, TrackStat
 from wideberth.vehicles import kernels as vk
 
 FloatArray = NDArray[np.float64]
+_HELD_MAX = 256  # aircraft that a maneuver can be for
 _EPSILON = 1e-6  # s, so that a period of 1 s is met by ten steps of 0.1 s
 
 
@@ -34,24 +36,9 @@ class LocalLevelPlanner:
 
     def __init__(self, config: LocalLevelConfig, vehicle: FloatArray) -> None:
         self._config = config
-        self._vehicle = vehicle
-        self._free = dk.free_of_capture(vehicle)
-        map_ = MAPS[config.map]()
-        self._nodes = map_.arrays(config.grid_step_s)
-        self._geometry = map_.geometry
-        rings, nodes = len(map_.rings), map_.node_count - 1
-        self._n = int(self._nodes[1].sum()) + 1
-        self._risk = risk_array(config)
-        self._search_risk = printed_risk_array(config) if map_.geometry == gk.RINGS else self._risk
-        self._limits = limits_array(config, vehicle)
-        self._policy = policy_array(config)
-        self._goal_weights = np.array([config.weight_goal, config.weight_goal_vertical])
-        self._plan = np.zeros(dk.N_PLAN)
-        self._points, self._speeds, self._times = np.zeros((rings + 1, 3)), np.zeros(rings + 1), np.zeros(rings + 1)
-        self._states = np.zeros((dk.STRIDE * (self._n - 1) + 1, 7))
-        self._labels, self._parent = np.zeros((nodes, gk.N_LABEL)), np.zeros(nodes, np.int64)
-        self._path = np.zeros(rings, np.int64)
-        self._met = np.zeros((3, rk.N_MET))
+        self._settings = settings_of(config, vehicle)
+        self._memory = new_memory(config, vehicle)
+        self._keys: dict[str, int] = {}
         self._t_decided = -math.inf
         self._maneuver: Maneuver | None = None
 
@@ -86,126 +73,48 @@ class LocalLevelPlanner:
         lame = tuple(
             f"track {track.label} is not finite: it cannot be avoided" for track in itertools.compress(others, ~finite)
         )
-        near = self._within_reach(ownship, usable)
-        if not near and self._maneuver is None:
-            return None, lame
-        if mission.index >= len(mission.waypoints):
-            self._plan[:] = 0.0
-            self._maneuver = None
-            return None, lame
-        intruders, weight, owner, count = self._predict(ownship, near)
+        m = len(usable)
         x = ground_state(ownship)
-        self._advance(x)
-        if self._maneuver is not None:
-            self._release(x, mission, intruders, weight, owner, count, near)
-        ring_start, ring_steps, headings, heights = self._nodes
-        action = dk.decide(
-            t, x, mission.waypoints, mission.speeds, mission.index, self._vehicle,
-            intruders, weight, count, self._geometry, ring_start, ring_steps, headings, heights,
-            self._limits, self._risk, self._search_risk, self._goal_weights, self._policy,
-            self._plan, self._points, self._speeds, self._times, self._states,
-            self._labels, self._parent, self._path, self._met[0], self._met[1], self._met[2],
-        )  # fmt: skip
+        first = np.full(m, math.inf)
+        action = pk.plan(
+            t,
+            # Copies, as a read-only or strided array would be another type, compiled anew in flight.
+            np.array(ownship.position, float),
+            np.array(ownship.velocity, float),
+            x[5],
+            np.array([track.position for track in usable]).reshape(m, 3),
+            np.array([track.velocity for track in usable]).reshape(m, 3),
+            np.array([track.acceleration for track in usable]).reshape(m, 3),
+            np.array([track.covariance for track in usable]).reshape(m, 9, 9),
+            np.array([self._keys.setdefault(track.id, len(self._keys)) for track in usable], np.int64),
+            np.array([track.status is TrackStatus.TENTATIVE for track in usable], np.bool_),
+            mission.waypoints,
+            mission.speeds,
+            mission.index,
+            self._settings,
+            self._memory,
+            first,
+        )
         if action == dk.MISSION or action == dk.RETURN:
             self._maneuver = None
             return None, (*lame, *(("clear of traffic: return to the mission",) if action == dk.RETURN else ()))
         if action == dk.NEW:
-            involved = self._involved(x, mission, intruders, weight, owner, count, near)
-            self._maneuver = self._describe(t, x, involved, threats)
+            order = sorted(np.flatnonzero(first < math.inf), key=lambda i: (first[i], usable[i].id))
+            self._maneuver = self._describe(t, x, [usable[i] for i in order], threats)
             return self._maneuver, (*lame, self._maneuver.reason)
         return self._maneuver, lame
 
-    def _within_reach(self, ownship: Ownship, tracks: Sequence[Track]) -> list[Track]:
-        """Return the tracks that could come near within the planning horizon."""
-        if not tracks:
-            return []
-        horizon = (self._n - 1) * self._config.grid_step_s
-        position = np.array([track.position for track in tracks]) - ownship.position
-        velocity = np.array([track.velocity for track in tracks])
-        speed = np.hypot(velocity[:, 0], velocity[:, 1]) + self._limits[gk.SPEED_MAX]
-        radius = 2.0 * self._risk[rk.OUTER_RADIUS] + speed * (horizon + self._risk[rk.OUTER_TAU])
-        climb = np.abs(velocity[:, 2]) + max(self._limits[gk.CLIMB_MAX], self._limits[gk.SINK_MAX])
-        height = 2.0 * self._risk[rk.OUTER_HEIGHT] + climb * horizon
-        distance = np.hypot(position[:, 0], position[:, 1])
-        reach = (distance < radius) & (np.abs(position[:, 2]) < height)
-        # A first message or two tell little of where an aircraft goes: unless it is close, see it a little longer.
-        new = np.array([track.status is TrackStatus.TENTATIVE for track in tracks])
-        early = distance - self._risk[rk.OUTER_RADIUS] > speed * self._config.tentative_s
-        return [track for track, inside in zip(tracks, reach & ~(new & early), strict=True) if inside]
-
-    def _predict(
-        self, ownship: Ownship, near: Sequence[Track]
-    ) -> tuple[FloatArray, FloatArray, NDArray[np.int64], int]:
-        m = max(1, 2 * len(near))
-        out, weight, owner = np.empty((m, self._n, rk.N_PREDICTION)), np.empty(m), np.empty(m, np.int64)
-        if not near:
-            return out, weight, owner, 0
-        count = rk.predict_intruders(
-            ownship.position,
-            self._vehicle[vk.P_SPEED_MAX],
-            max(self._vehicle[vk.P_CLIMB_MAX], self._vehicle[vk.P_SINK_MAX]),
-            np.array([track.position for track in near]),
-            np.array([track.velocity for track in near]),
-            np.array([track.acceleration for track in near]),
-            np.array([track.covariance for track in near]),
-            self._risk, self._config.grid_step_s, self._n, out, weight, owner,
-        )  # fmt: skip
-        return out, weight, owner, count
-
-    def _advance(self, x: FloatArray) -> None:
-        """Let the maneuver's next waypoint follow the ownship."""
-        if self._plan[dk.ACTIVE] > 0.0:
-            n = int(self._plan[dk.N_POINTS])
-            index = int(self._plan[dk.POINT_INDEX])
-            self._plan[dk.POINT_INDEX] = dk.advance_index(x, self._points[:n], index, self._free)
-
-    def _release(
-        self,
-        x: FloatArray,
-        mission: Mission,
-        intruders: FloatArray,
-        weight: FloatArray,
-        owner: NDArray[np.int64],
-        count: int,
-        near: Sequence[Track],
-    ) -> None:
-        """Forget the sense of the maneuver once other aircraft than those it was chosen for are in the way."""
-        involved = {track.id for track in self._involved(x, mission, intruders, weight, owner, count, near)}
-        if self._maneuver is not None and involved and involved.isdisjoint(self._maneuver.threat_ids):
-            self._plan[dk.TURN_SENSE] = self._plan[dk.CLIMB_SENSE] = 0.0
-
-    def _involved(
-        self,
-        x: FloatArray,
-        mission: Mission,
-        intruders: FloatArray,
-        weight: FloatArray,
-        owner: NDArray[np.int64],
-        count: int,
-        near: Sequence[Track],
-    ) -> list[Track]:
-        """Return the aircraft in whose way the mission leads, the first met first."""
-        dt = self._config.grid_step_s
-        states, met = self._states, np.empty(max(count, 1))
-        dk.look_ahead(x, mission.waypoints, mission.speeds, mission.index, self._vehicle, dt, states)
-        rk.first_losses(states, dk.STRIDE, self._n, dt, intruders, weight, count, self._risk, met)
-        first: dict[int, float] = {}
-        for m in np.flatnonzero(np.isfinite(met[:count])):
-            i = int(owner[m])
-            first[i] = min(first.get(i, math.inf), float(met[m]))
-        return [near[i] for i in sorted(first, key=lambda i: (first[i], near[i].id))]
-
     def _describe(self, t: float, x: FloatArray, involved: Sequence[Track], threats: Sequence[Threat]) -> Maneuver:
-        n = int(self._plan[dk.N_POINTS])
-        points, times = self._points[:n].copy(), self._times[:n].copy()
-        least_bad = self._plan[dk.LEAST_BAD] > 0.0
+        n = int(self._memory.plan[dk.N_POINTS])
+        points, times = self._memory.points[:n].copy(), self._memory.times[:n].copy()
+        least_bad = self._memory.plan[dk.LEAST_BAD] > 0.0
         ids = tuple(track.id for track in involved)
         if not ids and self._maneuver is not None:
             ids = self._maneuver.threat_ids
         by_id = {threat.track_id: threat for threat in threats}
         first = involved[0] if involved else None
-        committed = self._path[: min(gk.COMMITTED_RINGS, n - 1)]
-        courses = [float(rk.wrap(self._labels[node, gk.COURSE] - x[4])) for node in committed]
+        committed = self._memory.path[: min(gk.COMMITTED_RINGS, n - 1)]
+        courses = [float(rk.wrap(self._memory.labels[node, gk.COURSE] - x[4])) for node in committed]
         reason = describe_maneuver(
             label=first.label if first else None,
             threat=by_id.get(first.id) if first else None,
@@ -241,6 +150,63 @@ def ground_state(ownship: Ownship) -> FloatArray:
     attitude = ownship.attitude
     bank = math.atan2(attitude[2, 1], attitude[2, 2])
     return np.array([*ownship.position, math.hypot(vn, ve), math.atan2(ve, vn), bank, -vd])
+
+
+def settings_of(config: LocalLevelConfig, vehicle: FloatArray) -> dk.Settings:
+    """Return what the kernels need of a configuration and the parameters of the ownship's point mass."""
+    map_ = MAPS[config.map]()
+    ring_start, ring_steps, headings, heights = map_.arrays(config.grid_step_s)
+    risk = risk_array(config)
+    return dk.Settings(
+        vehicle=vehicle,
+        free=dk.free_of_capture(vehicle),
+        geometry=map_.geometry,
+        ring_start=ring_start,
+        ring_steps=ring_steps,
+        headings=headings,
+        heights=heights,
+        risk=risk,
+        search_risk=printed_risk_array(config) if map_.geometry == gk.RINGS else risk,
+        goal_weights=np.array([config.weight_goal, config.weight_goal_vertical]),
+        policy=policy_array(config, float(ring_steps.sum()) * config.grid_step_s),
+        trigger=trigger_array(config),
+    )
+
+
+def new_memory(config: LocalLevelConfig, vehicle: FloatArray) -> dk.Memory:
+    """Return the memory of a planner that has decided nothing yet."""
+    map_ = MAPS[config.map]()
+    rings, nodes = len(map_.rings), map_.node_count - 1
+    steps = int(map_.arrays(config.grid_step_s)[1].sum())
+    return dk.Memory(
+        plan=np.zeros(dk.N_PLAN),
+        points=np.zeros((rings + 1, 3)),
+        speeds=np.zeros(rings + 1),
+        times=np.zeros(rings + 1),
+        held=np.zeros(1 + _HELD_MAX, np.int64),
+        limits=limits_array(config, vehicle),
+        states=np.zeros((dk.STRIDE * steps + 1, 7)),
+        labels=np.zeros((nodes, gk.N_LABEL)),
+        parent=np.zeros(nodes, np.int64),
+        path=np.zeros(rings, np.int64),
+        met=np.zeros((3, rk.N_MET)),
+    )
+
+
+def trigger_array(config: LocalLevelConfig) -> FloatArray:
+    """Return the rules of the detection that begins a maneuver: the boundary must be crossed now."""
+    return np.array(
+        [
+            config.trigger_radius_m,
+            config.trigger_half_height_m,
+            config.trigger_tau_s,
+            config.trigger_collision_radius_m,
+            config.trigger_collision_half_height_m,
+            config.trigger_sigmas,
+            config.trigger_sigmas,
+            1e-3,
+        ]
+    )
 
 
 def printed_risk_array(config: LocalLevelConfig) -> FloatArray:
@@ -297,8 +263,8 @@ def limits_array(config: LocalLevelConfig, vehicle: FloatArray) -> FloatArray:
     return limits
 
 
-def policy_array(config: LocalLevelConfig) -> FloatArray:
-    """Return the policy of `decision_kernels`."""
+def policy_array(config: LocalLevelConfig, horizon: float) -> FloatArray:
+    """Return the policy of `decision_kernels`; `horizon` is how far the map reaches, s."""
     policy = np.zeros(dk.N_POLICY)
     policy[dk.DT], policy[dk.TRIGGER] = config.grid_step_s, config.trigger_lookahead_s
     policy[dk.HOLD], policy[dk.CLEAR_TIME] = config.hold_s, config.clear_s
@@ -307,4 +273,6 @@ def policy_array(config: LocalLevelConfig) -> FloatArray:
     policy[dk.RENEW] = config.renew_s
     policy[dk.SETTLE] = config.settle_s
     policy[dk.TRIGGER_NOW] = config.trigger_now_s
+    policy[dk.TRIGGER_KIND] = dk.ON_DETECTION if config.trigger == "detection" else dk.ON_PATH
+    policy[dk.HORIZON], policy[dk.TENTATIVE] = horizon, config.tentative_s
     return policy

@@ -126,8 +126,25 @@ def flyable(
     return LocalLevelMap(FLYABLE, tuple(Ring(duration, _grid(courses_deg, heights)) for duration in durations_s))
 
 
+def flyable_38() -> LocalLevelMap:
+    """Return the 38 nodes of `collision_38` with places that can be flown to.
+
+    The first two rings are 5 s long as there; the last is longer, so that the map reaches from where a maneuver begins
+    to behind the closest point.
+    """
+    rings = collision_38(5.0, 25.0).rings
+    return LocalLevelMap(FLYABLE, (rings[0], rings[1], Ring(15.0, rings[2].nodes)))
+
+
+def flyable_150() -> LocalLevelMap:
+    """Return the 150 nodes of `self_separation_150` with places that can be flown to: smooth at long range."""
+    return LocalLevelMap(FLYABLE, self_separation_150().rings)
+
+
 MAPS: dict[str, Callable[[], LocalLevelMap]] = {
     "collision_38": collision_38,
     "self_separation_150": self_separation_150,
     "flyable": flyable,
+    "flyable_38": flyable_38,
+    "flyable_150": flyable_150,
 }

@@ -1,57 +1,15 @@
-"""The page of a report: one HTML file that asks nothing of the network."""
+"""The page of a run's report."""
 
 from collections.abc import Mapping, Sequence
 from html import escape
 from typing import Any
 
 from wideberth.evaluation.flight_log import Encounter, FlightLog
-from wideberth.evaluation.report_style import VOLUME_NAMES, clock, css_variables
+from wideberth.evaluation.report_shell import notes_footer, number, section, shell
+from wideberth.evaluation.report_style import VOLUME_NAMES, clock
 
 _EVENTS_MAX = 400
 _INTRUDERS_MAX = 15
-
-_STYLE = """
-:root{--font:system-ui,-apple-system,"Segoe UI",Roboto,"DejaVu Sans",sans-serif;--page:#eef1f5;--card:#fdfdfe;
---ink:#1b2430;--muted:#5b6675;--line:#dde2e8;--good:#0f6b4f;--goodbg:#e2f3ec;--warn:#8a4b08;--warnbg:#fbeedb;
---bad:#9b1c1c;--badbg:#fbe5e3;--accent:#0b5cad;LIGHT}
-@media (prefers-color-scheme:dark){:root{--page:#0e131a;--card:#151b23;--ink:#e8ecf1;--muted:#a7b1bd;--line:#2c3541;
---good:#6fd3ae;--goodbg:#12302a;--warn:#f0b866;--warnbg:#38290f;--bad:#ff9d94;--badbg:#3d1a1a;--accent:#6cb2f5;DARK}}
-*{box-sizing:border-box}html{color-scheme:light dark}
-body{margin:0;background:var(--page);color:var(--ink);font:15px/1.5 var(--font)}
-main{max-width:1120px;margin:0 auto;padding:28px 20px 60px}
-header h1{font-size:25px;line-height:1.25;margin:0 0 2px;letter-spacing:-.01em}header p{margin:0;color:var(--muted)}
-.verdict{margin:18px 0;padding:16px 20px;border-radius:12px;display:flex;gap:16px;align-items:center}
-.verdict b{display:block;font-size:19px;line-height:1.3}.verdict svg{flex:none;width:38px;height:38px}
-.good{background:var(--goodbg);color:var(--good)}.warn{background:var(--warnbg);color:var(--warn)}
-.bad{background:var(--badbg);color:var(--bad)}
-.tiles{display:grid;grid-template-columns:repeat(auto-fit,minmax(160px,1fr));gap:12px;margin:0 0 18px}
-.tile,section{background:var(--card);border:1px solid var(--line);border-radius:12px}
-.tile{padding:12px 15px}.tile span{display:block;color:var(--muted);font-size:13px}
-.tile b{font-size:17px;white-space:nowrap;font-variant-numeric:tabular-nums;font-weight:650}
-.tile small{color:var(--muted);font-size:12.5px}
-section{padding:16px 20px 18px;margin:0 0 18px}section h2{font-size:16.5px;margin:0 0 4px}
-section>p{margin:0 0 8px;color:var(--muted);font-size:14px}section>svg{display:block;width:100%;height:auto}
-table{border-collapse:collapse;width:100%;font-size:14px;font-variant-numeric:tabular-nums}
-th{text-align:left;font-weight:600;color:var(--muted);font-size:13px;vertical-align:bottom}
-td.n,th{white-space:nowrap}
-th,td{padding:6px 12px 6px 0;border-bottom:1px solid var(--line)}tr:last-child td{border-bottom:0}
-td.n,th.n{text-align:right}td.lost{color:var(--bad);font-weight:600}.scroll{overflow-x:auto}
-ol{list-style:none;margin:6px 0 0;padding:0;max-height:430px;overflow-y:auto}
-li{display:grid;grid-template-columns:64px 1fr;gap:10px;padding:5px 0;border-bottom:1px solid var(--line)}
-li:last-child{border:0}li time{color:var(--muted);font-variant-numeric:tabular-nums;text-align:right}
-details{margin-top:10px}summary{cursor:pointer;color:var(--muted);font-size:14px}
-li.m{font-weight:600}li.m time{color:inherit}
-.two{display:grid;grid-template-columns:1fr 1fr;gap:18px}.two section{margin:0}.two{margin-bottom:18px}
-@media (max-width:800px){.two{grid-template-columns:1fr}}
-footer{color:var(--muted);font-size:13px}@media print{body{background:none}ol{max-height:none}}
-"""
-_MARKS = {
-    "good": '<path d="M11 20.5l6 6 11-13" fill="none" stroke="currentColor" stroke-width="3.4" stroke-linecap="round"'
-    ' stroke-linejoin="round"/>',
-    "warn": '<path d="M19 10v12" stroke="currentColor" stroke-width="3.6" stroke-linecap="round"/>'
-    '<circle cx="19" cy="28" r="2.3" fill="currentColor"/>',
-    "bad": '<path d="M12.5 12.5l13 13m0-13l-13 13" stroke="currentColor" stroke-width="3.6" stroke-linecap="round"/>',
-}
 
 
 def verdict(summary: Mapping[str, Any]) -> tuple[str, str, str]:
@@ -111,20 +69,11 @@ def page(
         What the reader must know, in words.
     """
     state, headline, sentence = verdict(summary)
-    style = _STYLE.replace("LIGHT", css_variables(dark=False)).replace("DARK", css_variables(dark=True))
     others = len(log.aircraft()) - len(near)
     faint = f" {_count(others, 'other aircraft', 'other aircraft')} farther away, drawn faint." if others else ""
-    return f"""<!doctype html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width,initial-scale=1">
-<title>{escape(title)}</title><style>{style}</style></head><body><main>
-<header><h1>{escape(title)}</h1><p>{escape(subtitle)}</p></header>
-<div class="verdict {state}"><svg viewBox="0 0 38 38" aria-hidden="true"><circle cx="19" cy="19" r="17.4" fill="none"
- stroke="currentColor" stroke-width="2.4"/>{_MARKS[state]}</svg><div><b>{escape(headline)}</b>{
-        escape(sentence)
-    }</div></div>
-{_tiles(summary, log)}
+    body = f"""{_tiles(summary, log)}
 {
-        _section(
+        section(
             "Map",
             "North is up. Numbers along the ownship's path are minutes and seconds since the start." + faint,
             pictures["map"],
@@ -132,27 +81,18 @@ def page(
     }
 <div class="two">{_decisions(summary, log)}{_volumes(summary)}</div>
 {
-        _section(
+        section(
             "Separation",
             "Each aircraft that came near; shaded while it is inside both distances of a volume.",
             pictures["separation"],
         )
     }
-{_section("Altitude", "The dot marks the closest approach of each aircraft.", pictures["altitude"])}
-{_section("Alerts", "How serious each threat looked to the ownship; bars grow with the level.", pictures["timeline"])}
+{section("Altitude", "The dot marks the closest approach of each aircraft.", pictures["altitude"])}
+{section("Alerts", "How serious each threat looked to the ownship; bars grow with the level.", pictures["timeline"])}
 {_intruders(summary, log)}
 <div class="two">{_sensors(log)}{_times(summary, log)}</div>
-{_notes(notes)}
-</main></body></html>
-"""
-
-
-def _section(title: str, text: str, body: str) -> str:
-    return f"<section><h2>{escape(title)}</h2>{f'<p>{escape(text)}</p>' if text else ''}{body}</section>"
-
-
-def _number(value: float | None, unit: str = "", digits: int = 0) -> str:
-    return "–" if value is None else f"{value:,.{digits}f}{unit}"
+{notes_footer(notes)}"""
+    return shell(title, subtitle, state, headline, sentence, body)
 
 
 def _distance(metres: float) -> str:
@@ -173,14 +113,14 @@ def _tiles(summary: Mapping[str, Any], log: FlightLog) -> str:
             else "–",
             f"horizontal / vertical, {log.label(closest)}" if closest else "",
         ),
-        ("near mid-air collisions", _number(get("nmac_count")), "within 500 ft and 100 ft"),
-        ("losses of well clear", _number(get("loss_of_well_clear_count")), _volume_name(summary)),
+        ("near mid-air collisions", number(get("nmac_count")), "within 500 ft and 100 ft"),
+        ("losses of well clear", number(get("loss_of_well_clear_count")), _volume_name(summary)),
         (
             "maneuvers",
-            _number(get("maneuvers")),
-            f"{_number(get('reversals'))} reversals, {_number(get('alerts'))} alerts",
+            number(get("maneuvers")),
+            f"{number(get('reversals'))} reversals, {number(get('alerts'))} alerts",
         ),
-        ("path flown", _number(flown / 1000 if flown else None, " km", 1), longer),
+        ("path flown", number(flown / 1000 if flown else None, " km", 1), longer),
         (
             "time",
             clock(log.own.t[-1] - log.own.t[0]) if log.own.rows else "–",
@@ -212,7 +152,7 @@ def _decisions(summary: Mapping[str, Any], log: FlightLog) -> str:
         body += f"<details><summary>{count} in the life of tracks</summary>{_list(tracks, log)}</details>"
     if max(len(decided), len(tracks)) > _EVENTS_MAX:
         text += f" At most {_EVENTS_MAX} are shown; the recording holds all."
-    return _section("Decisions", text, body)
+    return section("Decisions", text, body)
 
 
 def _list(items: Sequence[tuple[float, str, bool]], log: FlightLog) -> str:
@@ -237,7 +177,7 @@ def _volumes(summary: Mapping[str, Any]) -> str:
         rows.append(
             f"<tr><td>{escape(f'{names.get(key, key)}{mark}')}</td>"
             f"<td>{escape(', '.join(part for part in (size, times) if part))}</td>"
-            f'<td class="n{" lost" if count else ""}">{_number(count)}</td></tr>'
+            f'<td class="n{" lost" if count else ""}">{number(count)}</td></tr>'
         )
     filter_text = (
         "Only pairs whose projected miss distance is within the horizontal threshold count."
@@ -246,7 +186,7 @@ def _volumes(summary: Mapping[str, Any]) -> str:
     )
     table = f'<table><tr><th>volume</th><th>size</th><th class="n">aircraft</th></tr>{"".join(rows)}</table>'
     text = f"Aircraft that were inside each volume at least once, on true states; ★ the scenario's own. {filter_text}"
-    return _section("Losses by volume", text, table)
+    return section("Losses by volume", text, table)
 
 
 def _intruders(summary: Mapping[str, Any], log: FlightLog) -> str:
@@ -265,8 +205,8 @@ def _intruders(summary: Mapping[str, Any], log: FlightLog) -> str:
         body.append(
             f"<tr><td><b>{escape(row['callsign'] or log.label(row['id']))}</b></td><td>{escape(row['id'])}</td>"
             f'<td class="n">{clock(row["closest_time_s"] - t0)}</td>'
-            f'<td class="n">{_number(row["horizontal_separation_m"], " m")}</td>'
-            f'<td class="n">{_number(row["vertical_separation_m"], " m")}</td>'
+            f'<td class="n">{number(row["horizontal_separation_m"], " m")}</td>'
+            f'<td class="n">{number(row["vertical_separation_m"], " m")}</td>'
             f'<td class="n">{row["alerts"]}</td>{cells}</tr>'
         )
     text = (
@@ -279,7 +219,7 @@ def _intruders(summary: Mapping[str, Any], log: FlightLog) -> str:
         f'<th class="n">horizontal</th><th class="n">vertical</th><th class="n">alerts</th>{head}</tr>'
         f"{''.join(body)}</table></div>"
     )
-    return _section("Aircraft", text, table)
+    return section("Aircraft", text, table)
 
 
 def _sensors(log: FlightLog) -> str:
@@ -291,17 +231,17 @@ def _sensors(log: FlightLog) -> str:
             f"<tr><td><b>{escape(name)}</b></td><td>{escape(health.state)}</td><td>{rate}</td><td>{escape(rejects)}</td></tr>"
         )
     if not rows:
-        return _section("Sensors", "No sensor reported its health.", "")
+        return section("Sensors", "No sensor reported its health.", "")
     table = f"<table><tr><th>sensor</th><th>state</th><th>messages</th><th>rejected</th></tr>{''.join(rows)}</table>"
-    return _section("Sensors", "At the end of the run.", table)
+    return section("Sensors", "At the end of the run.", table)
 
 
 def _times(summary: Mapping[str, Any], log: FlightLog) -> str:
     step = summary.get("step_time_ms") or {}
     rows = [
-        f'<tr><td>whole step</td><td class="n">{_number(step.get("mean"), " ms", 2)}</td>'
-        f'<td class="n">{_number(step.get("p95"), " ms", 2)}</td>'
-        f'<td class="n">{_number(step.get("max"), " ms", 2)}</td></tr>'
+        f'<tr><td>whole step</td><td class="n">{number(step.get("mean"), " ms", 2)}</td>'
+        f'<td class="n">{number(step.get("p95"), " ms", 2)}</td>'
+        f'<td class="n">{number(step.get("max"), " ms", 2)}</td></tr>'
     ]
     for stage in log.stage_times[0] if log.stage_times else ():
         values = sorted(1e3 * times.get(stage, 0.0) for times in log.stage_times)
@@ -314,10 +254,4 @@ def _times(summary: Mapping[str, Any], log: FlightLog) -> str:
         '<table><tr><th>stage</th><th class="n">mean</th><th class="n">95 %</th><th class="n">most</th></tr>'
         f"{''.join(rows)}</table>"
     )
-    return _section("Step times", f"{_count(summary.get('steps') or 0, 'step', 'steps')}, CPU time of each.", table)
-
-
-def _notes(notes: Sequence[str]) -> str:
-    if not notes:
-        return ""
-    return f"<footer>{''.join(f'<p>{escape(note)}</p>' for note in notes)}</footer>"
+    return section("Step times", f"{_count(summary.get('steps') or 0, 'step', 'steps')}, CPU time of each.", table)

@@ -21,6 +21,7 @@ from wideberth.tracking.kernels import (
     position_sigma_of,
     velocity_sigma_of,
 )
+from wideberth.tracking.life_kernels import TURN_ACCELERATION, start_axis, start_horizontal, velocity_between
 from wideberth.tracking.report_history import (
     ACCEPTED_OUTCOME,
     NO_POSITION_OUTCOME,
@@ -37,21 +38,33 @@ from wideberth.types import FloatArray, SourceInfo
 from wideberth.units import FOOT
 
 _MEMORY_SECONDS = 5.0
-"""How long a reported velocity or altitude may serve to start a track, and a rejected position is remembered."""
+"""How long a reported velocity or altitude may serve to start a track."""
+
+REJECT_MEMORY_SECONDS = 10.0
+"""How long a rejected position is remembered."""
 
 _SHARED_DISTANCE = 500.0
 """Distance beyond which rejected positions are a second aircraft's, m: receivers' clocks slip by up to 1 s, which looks
 like a place 250 m along the track."""
 
-_TURN_ACCELERATION = 5.0
-"""Acceleration that three rejected positions of one aircraft may show and still agree, m/s2."""
-
 _SPEED_SIGMA = {"A1": 60.0, "A6": 150.0, "A7": 50.0, "B1": 30.0, "B2": 15.0, "B3": 40.0, "B4": 25.0, "B6": 40.0}
-_SPEED_SIGMA_UNKNOWN = 120.0
+SPEED_SIGMA_UNKNOWN = 120.0
 """Spread of each velocity component of an aircraft of unknown velocity, by emitter category (DO-260B), m/s."""
 
 _CLIMB_SIGMA_UNKNOWN = 8.0
 """Spread of the climb rate of an aircraft that has not reported it, m/s."""
+
+
+def accuracy_of(info: SourceInfo, config: AdsbKalmanConfig) -> tuple[float, float, float]:
+    """Return the sigma of position (m) and velocity (m/s) of each axis, and the bound (m) at which a track is lost.
+
+    Assumed values stand for what the aircraft has not said, and for reserved values.
+    """
+    c = config
+    nacp = info.nacp if info.nacp is not None and 0 <= info.nacp < NACP_COUNT else c.assumed_nacp
+    nacv = info.nacv if info.nacv is not None and 0 <= info.nacv < NACV_COUNT else c.assumed_nacv
+    nic = info.nic if info.nic is not None and 0 <= info.nic < NIC_COUNT else c.assumed_nic
+    return position_sigma_of(nacp), velocity_sigma_of(nacv), min(max(nic_bound_of(nic), c.bound_min_m), c.bound_max_m)
 
 
 @dataclass(slots=True)
@@ -98,14 +111,8 @@ class AdsbAircraft:
 
     def set_info(self, info: SourceInfo) -> None:
         """Take over what the aircraft says of its accuracy; assumed values stand for what is missing or reserved."""
-        c = self.config
         self.info = info
-        nacp = info.nacp if info.nacp is not None and 0 <= info.nacp < NACP_COUNT else c.assumed_nacp
-        nacv = info.nacv if info.nacv is not None and 0 <= info.nacv < NACV_COUNT else c.assumed_nacv
-        nic = info.nic if info.nic is not None and 0 <= info.nic < NIC_COUNT else c.assumed_nic
-        self.position_sigma = position_sigma_of(nacp)
-        self.velocity_sigma = velocity_sigma_of(nacv)
-        self.bound = min(max(nic_bound_of(nic), c.bound_min_m), c.bound_max_m)
+        self.position_sigma, self.velocity_sigma, self.bound = accuracy_of(info, self.config)
         for f in self.filters:
             self._set_bias(f.slot)
 
@@ -270,7 +277,7 @@ class AdsbAircraft:
         elif position == REJECTED:
             counts.append("position outside the gate")
             self._consecutive += 1
-            horizon = report.step - round(2 * _MEMORY_SECONDS / self.bank.dt)
+            horizon = report.step - round(REJECT_MEMORY_SECONDS / self.bank.dt)
             self._rejected = (
                 *(kept for kept in self._rejected[-8:] if kept[0] >= horizon),
                 (report.step, report.z[0], report.z[1]),
@@ -336,30 +343,33 @@ class AdsbAircraft:
             _, north, east = self._velocity
             sigma = math.hypot(self.velocity_sigma, c.initial_velocity_sigma_mps)
         else:
-            north, east, sigma = 0.0, 0.0, _SPEED_SIGMA.get(self.info.category or "", _SPEED_SIGMA_UNKNOWN)
+            north, east, sigma = 0.0, 0.0, _SPEED_SIGMA.get(self.info.category or "", SPEED_SIGMA_UNKNOWN)
         bank.last[slot] = report.step
-        for axis, (position, speed) in enumerate(((report.z[0], north), (report.z[1], east))):
-            bank.x[slot, axis] = (position, speed, 0.0, 0.0)
-            bank.p[slot, axis] = np.diag(
-                (
-                    report.r[axis] + (report.time_sigma * speed) ** 2,
-                    sigma**2,
-                    c.initial_acceleration_sigma_mps2**2,
-                    c.initial_jerk_sigma_mps3**2,
-                )
-            )
+        start_horizontal(
+            bank.x[slot],
+            bank.p[slot],
+            np.array(report.z),
+            np.array(report.r),
+            north,
+            east,
+            sigma,
+            report.time_sigma,
+            c.initial_acceleration_sigma_mps2,
+            c.initial_jerk_sigma_mps3,
+        )
 
     def _start_vertical(self, slot: int, z: tuple[float, ...], r: tuple[float, ...]) -> None:
         c, bank = self.config, self.bank
         climbing = z[5] == z[5]
-        bank.x[slot, 2] = (z[2], z[5] if climbing else 0.0, 0.0, 0.0)
-        bank.p[slot, 2] = np.diag(
-            (
-                r[2],
-                r[5] if climbing else _CLIMB_SIGMA_UNKNOWN**2,
-                c.initial_acceleration_sigma_mps2**2,
-                c.initial_jerk_sigma_mps3**2,
-            )
+        start_axis(
+            bank.x[slot, 2],
+            bank.p[slot, 2],
+            z[2],
+            z[5] if climbing else 0.0,
+            r[2],
+            r[5] if climbing else _CLIMB_SIGMA_UNKNOWN**2,
+            c.initial_acceleration_sigma_mps2,
+            c.initial_jerk_sigma_mps3,
         )
 
     def _velocity_is_recent(self, step: int) -> bool:
@@ -419,14 +429,9 @@ class AdsbAircraft:
     ) -> tuple[float, float, float] | None:
         """Return north, east and standard deviation of the velocity from two fixes; None if no aircraft flies so."""
         dt = (last[0] - first[0]) * self.bank.dt
-        if dt <= 0.0:
-            return None
-        north, east = (last[1] - first[1]) / dt, (last[2] - first[2]) / dt
-        speed = math.hypot(north, east)
-        if speed > self.config.speed_max_mps:
-            return None
-        noise = 2.0 * (report.r[0] + (report.time_sigma * speed) ** 2) / dt**2
-        return north, east, math.sqrt(noise + (0.5 * _TURN_ACCELERATION * dt) ** 2)
+        north, east = last[1] - first[1], last[2] - first[2]
+        velocity = velocity_between(dt, north, east, report.r[0], report.time_sigma, self.config.speed_max_mps)
+        return None if math.isnan(velocity[0]) else velocity
 
     def _three_agree(self, report: Report) -> tuple[float, float, float] | None:
         """Return the velocity through the last three rejected positions if one aircraft could have sent them."""
@@ -440,6 +445,6 @@ class AdsbAircraft:
         miss = math.hypot(second[0] - first[0], second[1] - first[1]) * dt
         span = (c[0] - a[0]) * self.bank.dt
         noise = RAYLEIGH_95_RADIUS * 2.0 * dt * math.hypot(first[2], second[2])
-        if miss > _TURN_ACCELERATION * dt * span + noise:
+        if miss > TURN_ACCELERATION * dt * span + noise:
             return None
         return self._velocity_between(a, c, report)

@@ -33,26 +33,39 @@ def predict_axis(
     x_out, p_out : ndarray, shape (4,) and (4, 4)
         Written; may be `x` and `p`.
     """
-    half = np.empty((4, 4))
-    for i in range(4):
-        for j in range(4):
-            s = 0.0
-            for k in range(i, 4):
-                s += phi[i, k] * p[k, j]
-            half[i, j] = s
-    for i in range(4):
-        for j in range(i, 4):
-            s = 0.0
-            for k in range(j, 4):
-                s += half[i, k] * phi[j, k]
-            s += q[i, j]
-            p_out[i, j] = s
-            p_out[j, i] = s
-    for i in range(4):
-        s = 0.0
-        for k in range(i, 4):
-            s += phi[i, k] * x[k]
-        x_out[i] = s
+    f00, f01, f02, f03 = phi[0, 0], phi[0, 1], phi[0, 2], phi[0, 3]
+    f11, f12, f13 = phi[1, 1], phi[1, 2], phi[1, 3]
+    f22, f23, f33 = phi[2, 2], phi[2, 3], phi[3, 3]
+    p00, p01, p02, p03 = p[0, 0], p[0, 1], p[0, 2], p[0, 3]
+    p11, p12, p13, p22, p23, p33 = p[1, 1], p[1, 2], p[1, 3], p[2, 2], p[2, 3], p[3, 3]
+    # Rows of phi p, of which the product with phi needs these; buffers on the heap would cost more than the arithmetic.
+    h00 = f00 * p00 + f01 * p01 + f02 * p02 + f03 * p03
+    h01 = f00 * p01 + f01 * p11 + f02 * p12 + f03 * p13
+    h02 = f00 * p02 + f01 * p12 + f02 * p22 + f03 * p23
+    h03 = f00 * p03 + f01 * p13 + f02 * p23 + f03 * p33
+    h11 = f11 * p11 + f12 * p12 + f13 * p13
+    h12 = f11 * p12 + f12 * p22 + f13 * p23
+    h13 = f11 * p13 + f12 * p23 + f13 * p33
+    h22 = f22 * p22 + f23 * p23
+    h23 = f22 * p23 + f23 * p33
+    p_out[0, 0] = h00 * f00 + h01 * f01 + h02 * f02 + h03 * f03 + q[0, 0]
+    p_out[1, 1] = h11 * f11 + h12 * f12 + h13 * f13 + q[1, 1]
+    p_out[2, 2] = h22 * f22 + h23 * f23 + q[2, 2]
+    p_out[3, 3] = f33 * p33 * f33 + q[3, 3]
+    c01 = h01 * f11 + h02 * f12 + h03 * f13 + q[0, 1]
+    c02, c12 = h02 * f22 + h03 * f23 + q[0, 2], h12 * f22 + h13 * f23 + q[1, 2]
+    c03, c13, c23 = h03 * f33 + q[0, 3], h13 * f33 + q[1, 3], h23 * f33 + q[2, 3]
+    p_out[0, 1], p_out[1, 0] = c01, c01
+    p_out[0, 2], p_out[2, 0] = c02, c02
+    p_out[1, 2], p_out[2, 1] = c12, c12
+    p_out[0, 3], p_out[3, 0] = c03, c03
+    p_out[1, 3], p_out[3, 1] = c13, c13
+    p_out[2, 3], p_out[3, 2] = c23, c23
+    x0, x1, x2, x3 = x[0], x[1], x[2], x[3]
+    x_out[0] = f00 * x0 + f01 * x1 + f02 * x2 + f03 * x3
+    x_out[1] = f11 * x1 + f12 * x2 + f13 * x3
+    x_out[2] = f22 * x2 + f23 * x3
+    x_out[3] = f33 * x3
 
 
 @jit
@@ -76,6 +89,9 @@ def predict_steps(
     x_out, p_out : ndarray, shape (4,) and (4, 4)
         Written; may be `x` and `p`.
     """
+    if 0 < steps <= phi.shape[0]:
+        predict_axis(x, p, phi[steps - 1], q[steps - 1], x_out, p_out)
+        return
     for i in range(4):
         x_out[i] = x[i]
         for j in range(4):
@@ -101,15 +117,24 @@ def update_axis(x: np.ndarray, p: np.ndarray, state: int, innovation: float, var
     variance : float
         Of the innovation.
     """
-    column = np.empty(4)
-    for i in range(4):
-        column[i] = p[i, state]
-    for i in range(4):
-        gain = column[i] / variance
-        x[i] += gain * innovation
-        for j in range(i, 4):
-            p[i, j] -= gain * column[j]
-            p[j, i] = p[i, j]
+    c0, c1, c2, c3 = p[0, state], p[1, state], p[2, state], p[3, state]
+    g0, g1, g2, g3 = c0 / variance, c1 / variance, c2 / variance, c3 / variance
+    x[0] += g0 * innovation
+    x[1] += g1 * innovation
+    x[2] += g2 * innovation
+    x[3] += g3 * innovation
+    p[0, 0] -= g0 * c0
+    p[1, 1] -= g1 * c1
+    p[2, 2] -= g2 * c2
+    p[3, 3] -= g3 * c3
+    p01, p02, p03 = p[0, 1] - g0 * c1, p[0, 2] - g0 * c2, p[0, 3] - g0 * c3
+    p12, p13, p23 = p[1, 2] - g1 * c2, p[1, 3] - g1 * c3, p[2, 3] - g2 * c3
+    p[0, 1], p[1, 0] = p01, p01
+    p[0, 2], p[2, 0] = p02, p02
+    p[0, 3], p[3, 0] = p03, p03
+    p[1, 2], p[2, 1] = p12, p12
+    p[1, 3], p[3, 1] = p13, p13
+    p[2, 3], p[3, 2] = p23, p23
 
 
 @jit
@@ -284,6 +309,142 @@ def predicted_distance(
 
 
 @jit
+def output_track(
+    x: np.ndarray,
+    p: np.ndarray,
+    last: int,
+    now: int,
+    residual: float,
+    dt: float,
+    phi: np.ndarray,
+    q: np.ndarray,
+    bias: np.ndarray,
+    latency: float,
+    state: np.ndarray,
+    cov: np.ndarray,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    acceleration: np.ndarray,
+    covariance: np.ndarray,
+) -> float:
+    """Predict one track to the time of the output and add what does not average out.
+
+    Parameters
+    ----------
+    x, p : ndarray, shape (3, 4) and (3, 4, 4)
+        The filter at its last update.
+    last : int
+        Internal step of that update.
+    bias : ndarray, shape (2,)
+    state, cov : ndarray, shape (3, 4) and (3, 4, 4)
+        Buffers.
+    position, velocity, acceleration : ndarray, shape (3,)
+        Written.
+    covariance : ndarray, shape (9, 9)
+        Written where it is not zero.
+    now, residual, dt, phi, q, latency
+        As for `output_tracks`.
+
+    Returns
+    -------
+    float
+        The filter's own horizontal standard deviation (larger axis), without the bias, m.
+    """
+    steps = max(now - last, 0)
+    remainder = residual + (now - last - steps) * dt
+    predict_track(x, p, steps, phi, q, state, cov)
+    for axis in range(3):
+        v, a = state[axis, 1], state[axis, 2]
+        position[axis] = state[axis, 0] + remainder * (v + 0.5 * remainder * a)
+        velocity[axis] = v + remainder * a
+        acceleration[axis] = a
+        for m in range(3):
+            for n in range(3):
+                covariance[axis + 3 * m, axis + 3 * n] = cov[axis, m, n]
+    covariance[0, 0] += bias[0]
+    covariance[1, 1] += bias[0]
+    covariance[2, 2] += bias[1]
+    late = latency * latency
+    covariance[0, 0] += late * velocity[0] * velocity[0]
+    covariance[1, 1] += late * velocity[1] * velocity[1]
+    covariance[0, 1] = covariance[1, 0] = late * velocity[0] * velocity[1]
+    return math.sqrt(max(cov[0, 0, 0], cov[1, 0, 0]))
+
+
+@jit
+def output_motion(
+    i: int,
+    x: np.ndarray,
+    p: np.ndarray,
+    steps: int,
+    residual: float,
+    phi: np.ndarray,
+    q: np.ndarray,
+    bias: np.ndarray,
+    latency: float,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    covariance: np.ndarray,
+) -> float:
+    """Write position, velocity and their covariance of track `i`, as `output_track` does, in a fraction of its time.
+
+    Parameters
+    ----------
+    i : int
+    x, p : ndarray, shape (n, 3, 4), (n, 3, 4, 4)
+    steps : int
+        Internal steps since its last update, 1 to as many as the tables hold.
+    position, velocity, covariance : ndarray, shape (n, 3), (n, 3), (n, 9, 9)
+        Written at `i`.
+    residual, phi, q, bias, latency
+        As for `output_track`.
+
+    Returns
+    -------
+    float
+        As of `output_track`.
+    """
+    widest = 0.0
+    k = steps - 1
+    for axis in range(3):
+        table = 1 if axis == 2 else 0
+        f00, f01, f02, f03 = phi[table, k, 0, 0], phi[table, k, 0, 1], phi[table, k, 0, 2], phi[table, k, 0, 3]
+        f11, f12, f13 = phi[table, k, 1, 1], phi[table, k, 1, 2], phi[table, k, 1, 3]
+        s1, s2, s3 = x[i, axis, 1], x[i, axis, 2], x[i, axis, 3]
+        v = f11 * s1 + f12 * s2 + f13 * s3
+        a = phi[table, k, 2, 2] * s2 + phi[table, k, 2, 3] * s3
+        place = f00 * x[i, axis, 0] + f01 * s1 + f02 * s2 + f03 * s3
+        position[i, axis] = place + residual * (v + 0.5 * residual * a)
+        velocity[i, axis] = v + residual * a
+        # The products of the first two rows: the model is upper triangular, the covariance symmetric.
+        c00, c01, c02, c03 = p[i, axis, 0, 0], p[i, axis, 0, 1], p[i, axis, 0, 2], p[i, axis, 0, 3]
+        c11, c12, c13 = p[i, axis, 1, 1], p[i, axis, 1, 2], p[i, axis, 1, 3]
+        c22, c23, c33 = p[i, axis, 2, 2], p[i, axis, 2, 3], p[i, axis, 3, 3]
+        h0 = f00 * c00 + f01 * c01 + f02 * c02 + f03 * c03
+        h1 = f00 * c01 + f01 * c11 + f02 * c12 + f03 * c13
+        h2 = f00 * c02 + f01 * c12 + f02 * c22 + f03 * c23
+        h3 = f00 * c03 + f01 * c13 + f02 * c23 + f03 * c33
+        g1 = f11 * c11 + f12 * c12 + f13 * c13
+        g2 = f11 * c12 + f12 * c22 + f13 * c23
+        g3 = f11 * c13 + f12 * c23 + f13 * c33
+        own = h0 * f00 + h1 * f01 + h2 * f02 + h3 * f03 + q[table, k, 0, 0]
+        cross = h1 * f11 + h2 * f12 + h3 * f13 + q[table, k, 0, 1]
+        covariance[i, axis, axis] = own + bias[table]
+        covariance[i, axis, axis + 3] = cross
+        covariance[i, axis + 3, axis] = cross
+        covariance[i, axis + 3, axis + 3] = g1 * f11 + g2 * f12 + g3 * f13 + q[table, k, 1, 1]
+        if axis < 2:
+            widest = max(widest, own)
+    late = latency * latency
+    vn, ve = velocity[i, 0], velocity[i, 1]
+    covariance[i, 0, 0] += late * vn * vn
+    covariance[i, 1, 1] += late * ve * ve
+    covariance[i, 0, 1] = late * vn * ve
+    covariance[i, 1, 0] = late * vn * ve
+    return math.sqrt(widest)
+
+
+@jit
 def output_tracks(
     x: np.ndarray,
     p: np.ndarray,
@@ -330,28 +491,13 @@ def output_tracks(
     spread : ndarray, shape (k,)
         Written: the filter's own horizontal standard deviation (larger axis), without the bias, m.
     """
-    state = np.empty((3, 4))
-    cov = np.empty((3, 4, 4))
+    state, cov = np.empty((3, 4)), np.empty((3, 4, 4))
     for i in range(slots.shape[0]):
-        s = slots[i]
-        steps = max(now - last[s], 0)
-        remainder = residual + (now - last[s] - steps) * dt
-        predict_track(x[s], p[s], steps, phi, q, state, cov)
-        for axis in range(3):
-            v, a = state[axis, 1], state[axis, 2]
-            position[i, axis] = state[axis, 0] + remainder * (v + 0.5 * remainder * a)
-            velocity[i, axis] = v + remainder * a
-            acceleration[i, axis] = a
-            for m in range(3):
-                for n in range(3):
-                    covariance[i, axis + 3 * m, axis + 3 * n] = cov[axis, m, n]
-        spread[i] = math.sqrt(max(cov[0, 0, 0], cov[1, 0, 0]))
-        covariance[i, 0, 0] += bias[s, 0]
-        covariance[i, 1, 1] += bias[s, 0]
-        covariance[i, 2, 2] += bias[s, 1]
-        for m in range(2):
-            for n in range(2):
-                covariance[i, m, n] += latency * latency * velocity[i, m] * velocity[i, n]
+        k = slots[i]
+        spread[i] = output_track(
+            x[k], p[k], last[k], now, residual, dt, phi, q, bias[k], latency, state, cov,
+            position[i], velocity[i], acceleration[i], covariance[i],
+        )  # fmt: skip
 
 
 def warmup() -> None:

@@ -91,6 +91,10 @@ class ScoringConfig(PartConfig):
     volume_half_height_m: Annotated[float, Field(gt=0)] = 100 * FOOT
     other_radius_m: Annotated[float, Field(gt=0, description="the other reading of the volume")] = 500 * FOOT
     other_half_height_m: Annotated[float, Field(gt=0)] = 50 * FOOT
+    violation_radius_m: Annotated[float, Field(gt=0, description="the collision volume that must not be entered")] = (
+        500 * FOOT
+    )
+    violation_half_height_m: Annotated[float, Field(gt=0)] = 100 * FOOT
     aircraft_radius_m: Annotated[float, Field(gt=0)] = 10 * FOOT
     aircraft_half_height_m: Annotated[float, Field(gt=0)] = 1.5 * FOOT
     m1: Annotated[float, Field(ge=0, description="sigmas of algorithm 2, horizontal")] = 1.0
@@ -100,9 +104,9 @@ class ScoringConfig(PartConfig):
     altitude_sigma_m: Annotated[float, Field(ge=0)] = 75.9 * FOOT
     climb_rate_sigma_mps: Annotated[float, Field(ge=0)] = 27.96 * FOOT_PER_MINUTE
     alarm_probability: Annotated[float, Field(gt=0, lt=1, description="of entering the volume; the default detector")]
-    alarm_tau_s: Annotated[
-        float, Field(gt=0, description="the default detector looks no farther ahead than this")
-    ] = 60.0
+    alarm_tau_s: Annotated[float, Field(gt=0, description="the default detector looks no farther ahead than this")] = (
+        60.0
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,6 +50,13 @@ class AdsbNoiseConfig(PartConfig):
     climb_rate_resolution_ft_per_min: float = Field(default=64.0, gt=0.0)
 
 
+class EncounterKeyConfig(PartConfig):
+    """Which encounter of a Monte Carlo set the noise is that of."""
+
+    intruders: int = Field(ge=1, le=65_535)
+    number: int = Field(ge=0, lt=2**47)
+
+
 class AdsbErrorConfig(PartConfig):
     """The error model of simulated ADS-B traffic.
 
@@ -97,6 +104,8 @@ climb_rate_resolution_ft_per_min : float
     range_a0_nmi, range_a1_nmi, range_a2_nmi, range_a3_nmi : float
         Air-to-air range by class. DO-260B and DO-282B: 10, 20, 40 and 90 nmi (A3 reaches 120 nmi ahead on 1090 MHz);
         the paper reckons with the least, 10 nmi.
+    encounter : EncounterKeyConfig or None
+        Take the noise of this encounter, as the Monte Carlo draws it, in place of a stream for each address.
     """
 
     link: Literal["1090", "978"] = "1090"
@@ -136,6 +145,7 @@ climb_rate_resolution_ft_per_min : float
     range_a2_nmi: float = Field(default=40.0, gt=0.0)
     range_a3_nmi: float = Field(default=90.0, gt=0.0)
     noise: AdsbNoiseConfig = AdsbNoiseConfig()
+    encounter: EncounterKeyConfig | None = None
 
     @model_validator(mode="after")
     def _consistent(self) -> "AdsbErrorConfig":

@@ -8,6 +8,19 @@ import math
 import numpy as np
 
 from wideberth._jit import jit
+from wideberth.sensors.noise_kernels import (
+    NORMALS as NORMALS_STREAM,
+)
+from wideberth.sensors.noise_kernels import (
+    PER_BLOCK,
+    START,
+    aircraft_consumer,
+    fill_normals,
+    fill_uniforms,
+)
+from wideberth.sensors.noise_kernels import (
+    UNIFORMS as UNIFORMS_STREAM,
+)
 
 # Indices into the parameters
 POSITION_SIGMA = 0
@@ -42,6 +55,33 @@ NORMALS = 6
 
 UNIFORMS = 6
 """Uniform numbers a broadcast uses: loss, swap, SIL, SDA, radius and direction of a gross error."""
+
+START_NUMBERS = 4
+"""Numbers an aircraft uses at the start: phase (uniform), position error north, east, altitude error (normal)."""
+
+_NORMAL_BLOCKS = (NORMALS + PER_BLOCK - 1) // PER_BLOCK
+_UNIFORM_BLOCKS = (UNIFORMS + 1 + PER_BLOCK - 1) // PER_BLOCK
+
+
+@jit
+def draw_start(seed: int, intruders: int, encounter: int, aircraft: int, out: np.ndarray) -> None:
+    """Write what an aircraft of an encounter uses at the start (START_NUMBERS,)."""
+    fill_uniforms(seed, intruders, encounter, aircraft_consumer(aircraft, START), 0, out[:1])
+    fill_normals(seed, intruders, encounter, aircraft_consumer(aircraft, START), 1, out[1:])
+
+
+@jit
+def draw_broadcast(
+    seed: int, intruders: int, encounter: int, aircraft: int, broadcast: int, normals: np.ndarray, uniforms: np.ndarray
+) -> None:
+    """Write the numbers of one broadcast, counted from 0: `normals` (NORMALS,), `uniforms` (UNIFORMS + 1,).
+
+    The last uniform number is the jitter of its time.
+    """
+    consumer = aircraft_consumer(aircraft, NORMALS_STREAM)
+    fill_normals(seed, intruders, encounter, consumer, broadcast * _NORMAL_BLOCKS, normals)
+    consumer = aircraft_consumer(aircraft, UNIFORMS_STREAM)
+    fill_uniforms(seed, intruders, encounter, consumer, broadcast * _UNIFORM_BLOCKS, uniforms)
 
 
 @jit
@@ -167,6 +207,80 @@ def truth_at(
 
 
 @jit
+def broadcast_report(
+    i: int,
+    t: float,
+    t0: float,
+    t1: float,
+    p0: np.ndarray,
+    v0: np.ndarray,
+    p1: np.ndarray,
+    v1: np.ndarray,
+    own: np.ndarray,
+    error: np.ndarray,
+    error_time: np.ndarray,
+    altitude_bias: np.ndarray,
+    fault: np.ndarray,
+    normals: np.ndarray,
+    uniforms: np.ndarray,
+    params: np.ndarray,
+    scratch: np.ndarray,
+    z: np.ndarray,
+) -> int:
+    """Write what a broadcast of aircraft `i` at time `t` says, and return its flags.
+
+    Parameters
+    ----------
+    i : int
+    t : float
+    normals, uniforms : ndarray, shape (NORMALS,), (UNIFORMS,) or longer
+        Of this broadcast.
+    scratch : ndarray, shape (4, 3)
+        Buffer.
+    z : ndarray, shape (6,)
+        Written.
+    t0, t1, p0, v0, p1, v1, own, error, error_time, altitude_bias, fault, params
+        As for `broadcast_reports`.
+    """
+    position, velocity, sensed, gross = scratch[0], scratch[1], scratch[2], scratch[3]
+    dt = t - error_time[i]
+    for axis in range(2):
+        error[i, axis] = gauss_markov(
+            error[i, axis], dt, params[CORRELATION_TIME], params[POSITION_SIGMA], normals[axis]
+        )
+    error_time[i] = t
+    u = uniforms
+    flag = 0
+    radius = params[NIC_BOUND] * (1.0 + (params[GROSS_MAXIMUM] - 1.0) * u[4])
+    gross[0], gross[1] = 0.0, 0.0
+    if u[3] < params[SDA_PROBABILITY] and t >= fault[i, 0]:
+        north, east = radius * math.cos(2.0 * math.pi * u[5]), radius * math.sin(2.0 * math.pi * u[5])
+        fault[i, 0], fault[i, 1], fault[i, 2] = t + params[FAULT_DURATION], north, east
+    if t < fault[i, 0]:
+        gross[0], gross[1] = fault[i, 1], fault[i, 2]
+        flag = GROSS
+    elif u[2] < params[SIL_PROBABILITY]:
+        gross[0], gross[1] = radius * math.cos(2.0 * math.pi * u[5]), radius * math.sin(2.0 * math.pi * u[5])
+        flag = GROSS
+    swapped = u[1] < params[SWAP_PROBABILITY]
+    if swapped:
+        flag += SWAPPED
+    truth_at(t, t0, t1, p0[i], v0[i], p1[i], v1[i], position, velocity)
+    distance = math.sqrt((position[0] - own[0]) ** 2 + (position[1] - own[1]) ** 2 + (position[2] - own[2]) ** 2)
+    if distance > params[RANGE]:
+        flag += OUT_OF_RANGE
+    elif u[0] < params[LOSS]:
+        flag += LOST
+    else:
+        flag += RECEIVED
+    truth_at(t - params[UNCOMPENSATED], t0, t1, p0[i], v0[i], p1[i], v1[i], position, velocity)
+    truth_at(t - params[LATENCY], t0, t1, p0[i], v0[i], p1[i], v1[i], sensed, velocity)
+    position[2] = sensed[2]  # only the horizontal position is extrapolated by the transmitter
+    report_state(position, velocity, error[i], altitude_bias[i], gross, swapped, normals, params, z)
+    return flag
+
+
+@jit
 def broadcast_reports(
     index: np.ndarray,
     times: np.ndarray,
@@ -214,53 +328,20 @@ def broadcast_reports(
     flags : ndarray of int, shape (k,)
         Written: sum of `RECEIVED` or `LOST` or `OUT_OF_RANGE`, and `GROSS`, `SWAPPED`.
     """
-    position = np.empty(3)
-    velocity = np.empty(3)
-    sensed = np.empty(3)
-    gross = np.empty(2)
+    scratch = np.empty((4, 3))
     for k in range(index.shape[0]):
-        i = index[k]
-        dt = times[k] - error_time[i]
-        for axis in range(2):
-            error[i, axis] = gauss_markov(
-                error[i, axis], dt, params[CORRELATION_TIME], params[POSITION_SIGMA], normals[k, axis]
-            )
-        error_time[i] = times[k]
-        u = uniforms[k]
-        flag = 0
-        radius = params[NIC_BOUND] * (1.0 + (params[GROSS_MAXIMUM] - 1.0) * u[4])
-        north, east = radius * math.cos(2.0 * math.pi * u[5]), radius * math.sin(2.0 * math.pi * u[5])
-        if u[3] < params[SDA_PROBABILITY] and times[k] >= fault[i, 0]:
-            fault[i, 0], fault[i, 1], fault[i, 2] = times[k] + params[FAULT_DURATION], north, east
-        gross[0], gross[1] = 0.0, 0.0
-        if times[k] < fault[i, 0]:
-            gross[0], gross[1] = fault[i, 1], fault[i, 2]
-            flag = GROSS
-        elif u[2] < params[SIL_PROBABILITY]:
-            gross[0], gross[1] = north, east
-            flag = GROSS
-        swapped = u[1] < params[SWAP_PROBABILITY]
-        if swapped:
-            flag += SWAPPED
-        truth_at(times[k], t0, t1, p0[i], v0[i], p1[i], v1[i], position, velocity)
-        distance = math.sqrt((position[0] - own[0]) ** 2 + (position[1] - own[1]) ** 2 + (position[2] - own[2]) ** 2)
-        if distance > params[RANGE]:
-            flag += OUT_OF_RANGE
-        elif u[0] < params[LOSS]:
-            flag += LOST
-        else:
-            flag += RECEIVED
-        truth_at(times[k] - params[UNCOMPENSATED], t0, t1, p0[i], v0[i], p1[i], v1[i], position, velocity)
-        truth_at(times[k] - params[LATENCY], t0, t1, p0[i], v0[i], p1[i], v1[i], sensed, velocity)
-        position[2] = sensed[2]  # only the horizontal position is extrapolated by the transmitter
-        report_state(position, velocity, error[i], altitude_bias[i], gross, swapped, normals[k], params, z[k])
-        flags[k] = flag
+        flags[k] = broadcast_report(
+            index[k], times[k], t0, t1, p0, v0, p1, v1, own, error, error_time, altitude_bias, fault,
+            normals[k], uniforms[k], params, scratch, z[k],
+        )  # fmt: skip
 
 
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     zero, three, params, z = np.zeros((1, 3)), np.zeros(3), np.ones(PARAMETER_COUNT), np.empty((1, 6))
     normals, uniforms, error = np.zeros((1, NORMALS)), np.full((1, UNIFORMS), 0.5), np.zeros((1, 2))
+    draw_start(1, 1, 1, 0, np.empty(START_NUMBERS))
+    draw_broadcast(1, 1, 1, 0, 0, normals[0], np.empty(UNIFORMS + 1))
     quantise(1.0, 1.0)
     gauss_markov(0.0, 1.0, 1.0, 1.0, 0.0)
     climb_rate_error_sigma(1.0, 1.0, 1.0, 1.0)

@@ -1,6 +1,5 @@
 """ADS-B reports of simulated traffic, with the errors, losses and timing of the ADS-B paper's model."""
 
-import hashlib
 import math
 from collections import Counter, deque
 from collections.abc import Sequence
@@ -19,12 +18,10 @@ from wideberth.sensors.adsb.accuracy import (
     position_sigma,
     velocity_sigma,
 )
+from wideberth.sensors.adsb.broadcast_noise import ROW_UNIFORMS, BroadcastNoise, CounterNoise, StreamNoise
 from wideberth.sensors.adsb.config import AdsbErrorConfig
 from wideberth.types import FloatArray, Scan, SensorHealth, SourceInfo
 from wideberth.units import FOOT, FOOT_PER_MINUTE, KNOT, NAUTICAL_MILE
-
-_BLOCK = 64
-"""Broadcasts for which noise is drawn at once."""
 
 _RATE_WINDOW = 10.0
 """Seconds over which the rate of messages is counted."""
@@ -70,24 +67,12 @@ def error_parameters(config: AdsbErrorConfig) -> FloatArray:
     return np.array([values[i] for i in range(kernels.PARAMETER_COUNT)])
 
 
-def noise_stream(seed: int, consumer: str) -> np.random.Generator:
-    """Return the noise stream of one consumer: depends on nothing but the seed and the consumer's name.
-
-    Parameters
-    ----------
-    seed : int
-    consumer : str
-        For an aircraft, its address.
-    """
-    digest = hashlib.sha256(f"{seed}/{consumer}".encode()).digest()
-    return np.random.Generator(np.random.Philox(key=int.from_bytes(digest[:16], "little")))
-
-
 class SimulatedAdsb:
     """An ADS-B receiver among simulated aircraft.
 
     Each aircraft broadcasts at its own phase within the interval. Its noise comes from its own stream and advances by
-    one row a broadcast, received or not: neither the other aircraft nor the length of the steps changes it.
+    one row a broadcast, received or not: neither the other aircraft nor the length of the steps changes it. With the
+    table `encounter` the noise is that of an encounter of a Monte Carlo set.
 
     Parameters
     ----------
@@ -126,30 +111,26 @@ class SimulatedAdsb:
             raise ValueError(f"{len(names)} callsigns for {len(self._addresses)} addresses: give one for each")
         self._params = error_parameters(config)
         n = len(self._addresses)
-        seen: Counter[str] = Counter()
-        self._streams = []
-        for address in self._addresses:
-            self._streams.append(noise_stream(seed, f"adsb/{address}/{seen[address]}"))
-            seen[address] += 1
+        key = config.encounter
+        self._noise: BroadcastNoise = (
+            StreamNoise(seed, self._addresses) if key is None else CounterNoise(seed, key.intruders, key.number)
+        )
         self._phase = np.empty(n)
         self._error = np.zeros((n, 2))
         self._altitude_bias = np.empty(n)
-        for i, stream in enumerate(self._streams):
-            self._phase[i] = stream.random() * config.interval_s
-            start = stream.standard_normal(3)
+        for i in range(n):
+            phase, start = self._noise.start(i)
+            self._phase[i] = phase * config.interval_s
             if config.start == "stationary":
                 self._error[i] = self._params[kernels.POSITION_SIGMA] * start[:2]
             self._altitude_bias[i] = self._params[kernels.ALTITUDE_SIGMA] * start[2]
         self._error_time = np.full(n, math.nan)
         self._fault = np.zeros((n, 3))
         self._fault[:, 0] = -math.inf
-        self._normals = np.empty((n, _BLOCK, kernels.NORMALS))
-        self._uniforms = np.empty((n, _BLOCK, kernels.UNIFORMS + 1))
+        self._normals, self._uniforms = np.empty((n, kernels.NORMALS)), np.empty((n, ROW_UNIFORMS))
         self._sent = np.zeros(n, np.int64)
         self._base = np.zeros(n)
         self._next = np.empty(n)
-        for i in range(n):
-            self._draw(i)
         self._t = math.nan
         self._positions = np.full((n, 3), math.nan)
         self._velocities = np.zeros((n, 3))
@@ -236,12 +217,10 @@ class SimulatedAdsb:
         for i in range(len(self._addresses)):
             self._schedule(i)
 
-    def _draw(self, i: int) -> None:
-        self._normals[i] = self._streams[i].standard_normal((_BLOCK, kernels.NORMALS))
-        self._uniforms[i] = self._streams[i].random((_BLOCK, kernels.UNIFORMS + 1))
-
     def _schedule(self, i: int) -> None:
-        uniform = self._uniforms[i, self._sent[i] % _BLOCK, kernels.UNIFORMS]
+        """Draw the noise of an aircraft's next broadcast, and with it its time."""
+        self._normals[i], self._uniforms[i] = self._noise.row(i, int(self._sent[i]))
+        uniform = self._uniforms[i, kernels.UNIFORMS]
         jitter = (2.0 * uniform - 1.0) * self._config.interval_jitter_s
         self._next[i] = self._base[i] + self._sent[i] * self._config.interval_s + jitter
 
@@ -251,7 +230,6 @@ class SimulatedAdsb:
         """Make one broadcast of each aircraft in `index`; return times, reports and aircraft of those received."""
         k = len(index)
         times = self._next[index]
-        row = self._sent[index] % _BLOCK
         z, flags = np.empty((k, 6)), np.empty(k, np.int64)
         kernels.broadcast_reports(
             index,
@@ -267,15 +245,13 @@ class SimulatedAdsb:
             self._error_time,
             self._altitude_bias,
             self._fault,
-            self._normals[index, row],
-            self._uniforms[index, row],
+            self._normals[index],
+            self._uniforms[index],
             self._params,
             z,
             flags,
         )
         self._sent[index] += 1
-        for i in index[row == _BLOCK - 1]:
-            self._draw(i)
         for i in index:
             self._schedule(i)
         there = np.isfinite(z).all(axis=1)

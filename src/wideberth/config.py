@@ -264,7 +264,9 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
     """
     wrong: list[str] = []
     known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "traffic"}
-    general = check_table(_GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong)
+    general = check_table(
+        _GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong
+    )
     wrong += [f"{k}: {unknown_key(k, v, known)}" for k, v in tables.items() if k not in known]
     traffic = _traffic(tables.get("traffic", {}), folder, wrong)
     recorded = isinstance(traffic, RecordedTrafficConfig)

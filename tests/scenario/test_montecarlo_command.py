@@ -13,10 +13,10 @@ import pytest
 from typer.testing import CliRunner
 
 from tests.scenario.test_montecarlo_engines import made_cycle_times
-from tests.unit.test_montecarlo_folder import made_rows
+from tests.unit.test_montecarlo_folder import made_rows, same
 from wideberth._jit import source_hash
 from wideberth.cli.main import app
-from wideberth.evaluation.montecarlo import atomic_files, tiers
+from wideberth.evaluation.montecarlo import tiers
 from wideberth.evaluation.montecarlo.folder import read_rows
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -80,7 +80,7 @@ def test_options_reach_the_encounters(tmp_path: Path) -> None:
     result = montecarlo(experiment, "--out", tmp_path, *SMALL, *options)
     assert result.exit_code == 0, result.output
     assert "without avoidance" in result.stdout and "report:" not in result.stdout
-    assert read_rows(tmp_path).equals(made_rows(None, 9, 2, 0, 13, False))
+    assert same(read_rows(tmp_path), made_rows(None, 9, 2, 0, 13, False))
     manifest = json.loads((tmp_path / "montecarlo.json").read_text())
     assert manifest["seed"] == 9 and manifest["experiment"]["errors"]["start"] == "zero"
     assert json.loads((tmp_path / "summary.json").read_text())["settings"]["overrides"] == ["errors.start=zero"]
@@ -263,7 +263,7 @@ def test_a_full_disk_is_one_line_and_it_goes_on(tmp_path: Path, monkeypatch: pyt
         real(descriptor)
 
     with monkeypatch.context() as patch:
-        patch.setattr(atomic_files.os, "fsync", fsync)
+        patch.setattr(os, "fsync", fsync)
         result = montecarlo("adsb_collision", "--out", out, *SMALL)
     assert result.exit_code == 2, result.output
     assert result.stderr.count("\n") == 1

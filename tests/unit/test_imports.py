@@ -39,7 +39,8 @@ def within(name: str, packages: set[str]) -> bool:
 
 
 def forbidden_in_kernels(name: str, folder: str) -> bool:
-    if name in {"math", "numpy", "numpy.typing", "wideberth._jit"}:
+    # NamedTuple bundles arrays; numba compiles it like plain arguments.
+    if name in {"math", "typing", "numpy", "numpy.typing", "wideberth._jit"}:
         return False
     parts = name.split(".")
     if not (parts[0] == "wideberth" and len(parts) > 2 and parts[-1].endswith("kernels")):

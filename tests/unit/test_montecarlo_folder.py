@@ -14,7 +14,7 @@ import pytest
 
 from wideberth.errors import InputError
 from wideberth.evaluation.montecarlo import atomic_files
-from wideberth.evaluation.montecarlo.experiment import Experiment, load_experiment
+from wideberth.evaluation.montecarlo.experiment import load_experiment
 from wideberth.evaluation.montecarlo.folder import RunFolder, open_folder, read_rows, shard_name
 from wideberth.evaluation.montecarlo.manifest import MANIFEST, Manifest, read_manifest
 from wideberth.evaluation.montecarlo.plan import Block, Part
@@ -25,7 +25,7 @@ ROOT = Path(__file__).resolve().parents[2]
 EXPERIMENT = load_experiment(ROOT / "experiments" / "adsb_collision.toml")
 
 
-def made_rows(experiment: Experiment, seed: int, intruders: int, first: int, count: int, avoid: bool) -> pa.Table:
+def made_rows(experiment: object, seed: int, intruders: int, first: int, count: int, avoid: bool) -> pa.Table:
     """Rows as a run leaves them, with random numbers that depend on nothing but what real ones depend on."""
     rows = count * intruders
     encounter = np.repeat(np.arange(first, first + count), intruders)
@@ -44,6 +44,14 @@ def made_rows(experiment: Experiment, seed: int, intruders: int, first: int, cou
         "full_tier": np.zeros(rows, bool),
     }
     return pa.table(columns, schema=SCHEMA)
+
+
+def same(first: pa.Table, second: pa.Table) -> bool:
+    """Whether two tables are the same to the last bit, NaN included."""
+    return first.schema.equals(second.schema) and all(
+        first.column(name).to_numpy().tobytes() == second.column(name).to_numpy().tobytes()
+        for name in first.column_names
+    )
 
 
 def rows_of(block: Block) -> pa.Table:
@@ -79,16 +87,16 @@ def refusal(path: Path, manifest: Manifest = MADE, part: Part = ALL, *, resume: 
 
 def test_rows_come_back_in_order(full: RunFolder) -> None:
     expected = pa.concat_tables([made_rows(EXPERIMENT, 1, k, 0, 10, True) for k in (1, 2)])
-    assert read_rows(full.path).equals(expected)
+    assert same(read_rows(full.path), expected)
     assert pa.concat_tables(list(full.tables())).equals(expected)
     assert len(full.present()) == len(full.plan) == 3 + 5
 
 
 def test_rows_so_far(folder: RunFolder) -> None:
-    assert read_rows(folder.path).equals(SCHEMA.empty_table())
+    assert same(read_rows(folder.path), SCHEMA.empty_table())
     block = list(folder.plan)[2]
     folder.write(block, rows_of(block))
-    assert read_rows(folder.path).equals(rows_of(block))
+    assert same(read_rows(folder.path), rows_of(block))
 
 
 def test_a_shard_is_readable_without_us_and_says_what_it_is(full: RunFolder) -> None:

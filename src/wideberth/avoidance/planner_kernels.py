@@ -39,7 +39,7 @@ from wideberth.avoidance.kernels import (
     first_losses,
     predict_intruders,
 )
-from wideberth.conflict.detection_kernels import SIGMA_TRACK, detect
+from wideberth.conflict.detection_kernels import SIGMA_TRACK, detect, detection_time
 from wideberth.vehicles.kernels import N_PARAMS, P_CLIMB_MAX, P_SINK_MAX, P_SPEED_MAX
 
 Floats = NDArray[np.float64]
@@ -69,14 +69,33 @@ def involve(
 
 @jit
 def detected(
-    own_position: Floats, own_velocity: Floats, position: Floats, velocity: Floats, covariance: Floats, rules: Floats
+    own_position: Floats,
+    own_velocity: Floats,
+    position: Floats,
+    velocity: Floats,
+    covariance: Floats,
+    use: Booleans,
+    rules: Floats,
 ) -> bool:
-    """Return whether algorithm 2 detects a collision with any aircraft (m, 3), (m, 3), (m, 9, 9), by `rules`."""
-    s, v, out, own = np.empty(3), np.empty(3), np.empty(7), np.zeros((6, 6))
+    """Return whether algorithm 2 detects a collision with one of the m aircraft whose `use` is set."""
     for i in range(position.shape[0]):
-        for k in range(3):
-            s[k] = position[i, k] - own_position[k]
-            v[k] = velocity[i, k] - own_velocity[k]
+        if not use[i]:
+            continue
+        sn, se, sd = (
+            position[i, 0] - own_position[0],
+            position[i, 1] - own_position[1],
+            position[i, 2] - own_position[2],
+        )
+        vn, ve, vd = (
+            velocity[i, 0] - own_velocity[0],
+            velocity[i, 1] - own_velocity[1],
+            velocity[i, 2] - own_velocity[2],
+        )
+        # Most are not inside the boundary: no need to judge them further.
+        if math.isnan(detection_time(sn, se, sd, vn, ve, vd, rules[0], rules[1], rules[2], rules[4], rules[7])):
+            continue
+        s, v, out, own = np.empty(3), np.empty(3), np.empty(7), np.zeros((6, 6))
+        s[0], s[1], s[2], v[0], v[1], v[2] = sn, se, sd, vn, ve, vd
         detect(s, v, own, covariance[i], 0.0, rules, own[0], 1, SIGMA_TRACK, False, out)
         if out[0] > 0.0:
             return True
@@ -167,12 +186,12 @@ def plan(
         memory.plan[:] = 0.0
         return MISSION
     chosen = near[:n]
+    if not active and settings.policy[TRIGGER_KIND] == ON_DETECTION:
+        use = np.zeros(position.shape[0], np.bool_)
+        use[chosen] = True
+        if not detected(own_position, own_velocity, position, velocity, covariance, use, settings.trigger):
+            return MISSION
     covariances = covariance[chosen]
-    waits = not active and settings.policy[TRIGGER_KIND] == ON_DETECTION
-    if waits and not detected(
-        own_position, own_velocity, position[chosen], velocity[chosen], covariances, settings.trigger
-    ):
-        return MISSION
     dt, vehicle = settings.policy[DT], settings.vehicle
     steps = (memory.states.shape[0] - 1) // STRIDE + 1
     intruders = np.empty((max(1, 2 * n), steps, N_PREDICTION))

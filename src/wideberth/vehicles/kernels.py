@@ -62,6 +62,8 @@ def ground_velocity(x: FloatArray, wind: FloatArray, out: FloatArray) -> None:
 @jit
 def course_over_ground(x: FloatArray, wind: FloatArray) -> float:
     """Return the course (rad); the heading where the aircraft stands still over ground."""
+    if wind[0] == 0.0 and wind[1] == 0.0:
+        return float(x[HEADING])
     horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
     vn = horizontal * math.cos(x[HEADING]) + wind[0]
     ve = horizontal * math.sin(x[HEADING]) + wind[1]
@@ -109,7 +111,8 @@ def leg_start(waypoints: FloatArray, index: int) -> int:
     """Return the last waypoint before `index` that is not at the same place (horizontally 1 m), or -1."""
     i = index - 1
     while i >= 0:
-        if math.hypot(waypoints[index, 0] - waypoints[i, 0], waypoints[index, 1] - waypoints[i, 1]) > 1.0:
+        dn, de = waypoints[index, 0] - waypoints[i, 0], waypoints[index, 1] - waypoints[i, 1]
+        if dn * dn + de * de > 1.0:
             return i
         i -= 1
     return -1
@@ -119,7 +122,8 @@ def leg_start(waypoints: FloatArray, index: int) -> int:
 def leg_end(waypoints: FloatArray, index: int) -> int:
     """Return the next waypoint after `index` that is not at the same place (horizontally 1 m), or -1."""
     for i in range(index + 1, waypoints.shape[0]):
-        if math.hypot(waypoints[i, 0] - waypoints[index, 0], waypoints[i, 1] - waypoints[index, 1]) > 1.0:
+        dn, de = waypoints[i, 0] - waypoints[index, 0], waypoints[i, 1] - waypoints[index, 1]
+        if dn * dn + de * de > 1.0:
             return i
     return -1
 
@@ -138,15 +142,22 @@ def waypoint_passed(x: FloatArray, waypoints: FloatArray, index: int, p: FloatAr
     before it (the path is joined at this waypoint) it is passed within 1.5 turn radii, so that it is never circled.
     """
     dn, de = waypoints[index, 0] - x[NORTH], waypoints[index, 1] - x[EAST]
-    horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
-    speed = math.hypot(horizontal * math.cos(x[HEADING]) + wind[0], horizontal * math.sin(x[HEADING]) + wind[1])
-    radius = turn_radius(max(speed, x[AIRSPEED]), p[P_BANK_MAX])
     start = leg_start(waypoints, index)
+    qn = qe = length = remaining = 0.0
+    if start >= 0:
+        qn, qe = waypoints[index, 0] - waypoints[start, 0], waypoints[index, 1] - waypoints[start, 1]
+        length = math.sqrt(qn * qn + qe * qe)
+        qn, qe = qn / length, qe / length
+        remaining = dn * qn + de * qe
+        if remaining > 0.5 * length:
+            return False  # no turn is anticipated by more than half of the leg
+    horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
+    speed = horizontal
+    if wind[0] != 0.0 or wind[1] != 0.0:
+        speed = math.hypot(horizontal * math.cos(x[HEADING]) + wind[0], horizontal * math.sin(x[HEADING]) + wind[1])
+    radius = turn_radius(max(speed, x[AIRSPEED]), p[P_BANK_MAX])
     if start < 0:
         return math.hypot(dn, de) <= 1.5 * radius
-    qn, qe = waypoints[index, 0] - waypoints[start, 0], waypoints[index, 1] - waypoints[start, 1]
-    length = math.hypot(qn, qe)
-    qn, qe = qn / length, qe / length
     anticipation = 0.0
     end = leg_end(waypoints, index)
     if end >= 0:
@@ -156,7 +167,7 @@ def waypoint_passed(x: FloatArray, waypoints: FloatArray, index: int, p: FloatAr
             roll = speed * (p[P_TAU_BANK] + 0.5 * p[P_BANK_MAX] / p[P_BANK_RATE_MAX]) * min(turn, 1.0)
             anticipation = 1.15 * radius * min(math.tan(0.5 * turn), 1.5) + roll
             anticipation = min(anticipation, 0.5 * length, 0.5 * math.hypot(nn, ne))
-    if dn * qn + de * qe > anticipation:
+    if remaining > anticipation:
         return False
     return abs(dn * qe - de * qn) <= max(p[P_CAPTURE], 1.5 * radius) or math.hypot(dn, de) <= 1.5 * radius
 
@@ -186,7 +197,7 @@ def follow_path(
     horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
     vn = horizontal * math.cos(x[HEADING]) + wind[0]
     ve = horizontal * math.sin(x[HEADING]) + wind[1]
-    ground_speed = math.hypot(vn, ve)
+    ground_speed = math.sqrt(vn * vn + ve * ve)
     dn, de = waypoints[target, 0] - x[NORTH], waypoints[target, 1] - x[EAST]
     altitude = -waypoints[target, 2]
     slope = 0.0
@@ -194,7 +205,7 @@ def follow_path(
         course = math.atan2(de, dn) if index < n else course_over_ground(x, wind)
     else:
         qn, qe = waypoints[target, 0] - waypoints[start, 0], waypoints[target, 1] - waypoints[start, 1]
-        length = math.hypot(qn, qe)
+        length = math.sqrt(qn * qn + qe * qe)
         qn, qe = qn / length, qe / length
         remaining = dn * qn + de * qe
         cross = dn * qe - de * qn  # the aircraft's offset to the right of the leg

@@ -144,8 +144,7 @@ class DaskEngine:
             if isinstance(error, RuntimeError) and "deserialization" not in str(error):
                 raise
             raise InputError(
-                f"{self._where} or a worker of it cannot import this code ({_first_line(error)}): install the same "
-                "wideberth[cluster] there"
+                f"{self._where}, or a worker of it, cannot import this code: install the same wideberth[cluster] there"
             ) from error
         return Finished(block, pa.ipc.open_stream(data).read_all(), cpu_s, wall_s, worker)
 

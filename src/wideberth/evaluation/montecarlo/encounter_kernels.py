@@ -11,18 +11,32 @@ import numpy as np
 
 from wideberth._jit import jit
 from wideberth.avoidance.decision_kernels import (
+    ACTIVE,
     KEEP,
     LEAST_BAD,
+    MISSION,
     N_POINTS,
     NEW,
+    ON_DETECTION,
+    TRIGGER_KIND,
     Memory,
     Settings,
 )
-from wideberth.avoidance.planner_kernels import plan
-from wideberth.conflict.alarm_kernels import N_SCORES, PROBABILITY, alarm_scores
-from wideberth.conflict.detection_kernels import SIGMA_NONE, detect
+from wideberth.avoidance.planner_kernels import detected, plan
+from wideberth.conflict.alarm_kernels import N_SCORES, PROBABILITY
 from wideberth.conflict.kernels import horizontal_cpa
 from wideberth.evaluation.montecarlo.geometry_kernels import OWN_SPEED, draw_encounter
+from wideberth.evaluation.montecarlo.judge_kernels import (
+    FIRST,
+    SCORES,
+    TRUE,
+    TRUE_OTHER,
+    Judge,
+    begin_judge,
+    copy_judge,
+    judge_step,
+    new_judge,
+)
 from wideberth.evaluation.montecarlo.sensing_kernels import (
     Buffers,
     SensingSettings,
@@ -36,7 +50,7 @@ from wideberth.evaluation.montecarlo.sensing_kernels import (
     new_sensing,
     track_output,
 )
-from wideberth.evaluation.montecarlo.separation_kernels import HORIZONTAL, N_CLOSEST, VERTICAL, score_step
+from wideberth.evaluation.montecarlo.separation_kernels import HORIZONTAL, VERTICAL
 from wideberth.tracking.life_kernels import ACCEPTED_COUNT, CONFIRM, STARTED
 from wideberth.vehicles.kernels import (
     AIRSPEED,
@@ -70,30 +84,6 @@ DONE, NEEDS_FULL_TIER, NOT_DRAWN = 0, 1, 2
 ALIGNED = 0.1  # rad off the mission's course at which the ownship is back on it
 
 
-class ScoringSettings(NamedTuple):
-    """What is judged.
-
-    Attributes
-    ----------
-    rules, other_rules : ndarray, shape (8,)
-        As for `detect`: the volume, and the other reading of it.
-    noise : ndarray, shape (4,)
-        The paper's constant sigmas.
-    thresholds : ndarray, shape (N_SCORES,)
-        Below which each detector raises an alarm.
-    alarm_tau : float
-    sizes : ndarray
-        Of `separation_kernels`.
-    """
-
-    rules: np.ndarray
-    other_rules: np.ndarray
-    noise: np.ndarray
-    thresholds: np.ndarray
-    alarm_tau: float
-    sizes: np.ndarray
-
-
 class RunSettings(NamedTuple):
     """All that encounters of an experiment share.
 
@@ -103,7 +93,7 @@ class RunSettings(NamedTuple):
         Of `geometry_kernels`.
     sensing : SensingSettings
     planner : Settings
-    scoring : ScoringSettings
+    scoring : ndarray, shape (judge_kernels.N_SCORING,)
     mission, mission_speeds : ndarray, shape (2, 3), (2,)
     steps : int
         Longest run, in steps.
@@ -117,7 +107,7 @@ class RunSettings(NamedTuple):
     geometry: np.ndarray
     sensing: SensingSettings
     planner: Settings
-    scoring: ScoringSettings
+    scoring: np.ndarray
     mission: np.ndarray
     mission_speeds: np.ndarray
     steps: int
@@ -146,134 +136,6 @@ class Flight(NamedTuple):
 
 
 FLOWN, INDEX, CHOSEN, COUNT = 0, 1, 2, 3
-
-
-class Judge(NamedTuple):
-    """What is scored of a run; intruders along the first axis."""
-
-    closest: np.ndarray
-    inside: np.ndarray
-    before: np.ndarray
-    true: np.ndarray
-    true_other: np.ndarray
-    first: np.ndarray
-    scores: np.ndarray
-    buffers: np.ndarray
-    own_covariance: np.ndarray
-
-
-@jit
-def new_judge(m: int) -> Judge:
-    """Return the scores of a run with `m` intruders, to be begun."""
-    return Judge(
-        np.zeros((m, N_CLOSEST)), np.zeros(m, np.int64), np.zeros((m, 3)), np.zeros(m), np.zeros(m),
-        np.zeros((m, N_SCORES)), np.zeros((m, N_SCORES)), np.zeros((4, 8)), np.zeros((6, 6)),
-    )  # fmt: skip
-
-
-@jit
-def begin_judge(judge: Judge) -> None:
-    """Begin with nothing seen."""
-    judge.closest[:] = math.inf
-    judge.inside[:] = 0
-    judge.before[:] = math.nan
-    judge.true[:] = math.nan
-    judge.true_other[:] = math.nan
-    judge.first[:] = math.nan
-    judge.scores[:] = math.inf
-
-
-@jit
-def copy_judge(source: Judge, target: Judge) -> None:
-    """Copy the scores."""
-    target.closest[:] = source.closest
-    target.inside[:] = source.inside
-    target.before[:] = source.before
-    target.true[:] = source.true
-    target.true_other[:] = source.true_other
-    target.first[:] = source.first
-    target.scores[:] = source.scores
-
-
-@jit
-def judge_step(
-    t: float,
-    own: np.ndarray,
-    own_velocity: np.ndarray,
-    positions: np.ndarray,
-    velocities: np.ndarray,
-    needed: np.ndarray,
-    seen: np.ndarray,
-    track_positions: np.ndarray,
-    track_velocities: np.ndarray,
-    covariances: np.ndarray,
-    rules: np.ndarray,
-    other_rules: np.ndarray,
-    noise: np.ndarray,
-    thresholds: np.ndarray,
-    alarm_tau: float,
-    sizes: np.ndarray,
-    closest: np.ndarray,
-    inside: np.ndarray,
-    before: np.ndarray,
-    true: np.ndarray,
-    true_other: np.ndarray,
-    first: np.ndarray,
-    scores: np.ndarray,
-    buffers: np.ndarray,
-    own_covariance: np.ndarray,
-) -> None:
-    """Judge one step: separation, algorithm 1 on true states, and each detector on the tracks.
-
-    Parameters
-    ----------
-    t : float
-        s.
-    own, own_velocity : ndarray, shape (3,)
-        True.
-    positions, velocities : ndarray, shape (m, 3)
-        True ones of the intruders.
-    needed : ndarray of bool, shape (m,)
-        Who matters; the others are left out.
-    seen : ndarray, shape (m, N_INTEGERS)
-        Whether there is a track, in the column `STARTED`.
-    track_positions, track_velocities, covariances : ndarray, shape (m, 3), (m, 3), (m, 9, 9)
-    rules, other_rules, noise, thresholds, alarm_tau, sizes
-        Those of `ScoringSettings`.
-    closest, inside, before, true, true_other, first, scores, buffers, own_covariance
-        Those of `Judge`.
-    """
-    s, v, row, now = buffers[0, :3], buffers[1, :3], buffers[2, :7], buffers[3, :N_SCORES]
-    for i in range(positions.shape[0]):
-        if not needed[i]:
-            continue
-        for k in range(3):
-            s[k] = positions[i, k] - own[k]
-            v[k] = velocities[i, k] - own_velocity[k]
-        if math.isnan(before[i, 0]):
-            before[i] = s
-        inside[i] |= score_step(before[i], s, v, sizes, closest[i])
-        before[i, 0], before[i, 1], before[i, 2] = s[0], s[1], s[2]
-        possible = True
-        if math.isnan(true[i]):
-            detect(s, v, own_covariance, covariances[i], 0.0, rules, noise, 1, SIGMA_NONE, False, row)
-            if row[0] > 0.0:
-                true[i] = t
-            possible = row[3] < other_rules[3] and row[4] < other_rules[4]
-        if possible and math.isnan(true_other[i]):
-            detect(s, v, own_covariance, covariances[i], 0.0, other_rules, noise, 1, SIGMA_NONE, False, row)
-            if row[0] > 0.0:
-                true_other[i] = t
-        if seen[i, STARTED] == 0:
-            continue
-        for k in range(3):
-            s[k] = track_positions[i, k] - own[k]
-            v[k] = track_velocities[i, k] - own_velocity[k]
-        if alarm_scores(s, v, covariances[i], rules, noise, alarm_tau, row, own_covariance, now):
-            for j in range(N_SCORES):
-                scores[i, j] = min(scores[i, j], now[j])
-                if math.isnan(first[i, j]) and now[j] < thresholds[j]:
-                    first[i, j] = t
 
 
 @jit
@@ -364,6 +226,13 @@ def take_decision(
     needed: np.ndarray,
 ) -> int:
     """Let the planner decide on the tracks there are, in the order in which they were first heard."""
+    planner = run.planner
+    if memory.plan[ACTIVE] == 0.0 and planner.policy[TRIGGER_KIND] == ON_DETECTION:
+        use = needed & (sensing.integers[:, STARTED] > 0)
+        if not detected(
+            own, own_velocity, sensing.position, sensing.velocity, sensing.covariance, use, planner.trigger
+        ):
+            return MISSION  # as the planner would say, which looks at fewer
     m = sensing.counts[0]
     position, velocity, acceleration = np.empty((m, 3)), np.empty((m, 3)), np.empty((m, 3))
     covariance, tentative, keys = np.empty((m, 9, 9)), np.empty(m, np.bool_), np.empty(m, np.int64)
@@ -424,9 +293,8 @@ def fly_avoiding(
     numbers, phi, q, bias, track = (
         run.sensing.numbers, run.sensing.phi, run.sensing.q, run.sensing.bias, run.sensing.track,
     )  # fmt: skip
-    rules, other_rules, noise, thresholds, alarm_tau, sizes = run.scoring
     reach, reach_time, needed = run.reach, run.reach_time, np.ones(m, np.bool_)
-    closest, inside, at, true, true_other, detected, scores, judge_buffers, own_covariance = judge
+    scoring, marks, inside, scratch = run.scoring, judge.marks, judge.inside, judge.buffers
     wanted = True  # the planner's maneuver stands
     while k < run.steps:
         k += 1
@@ -450,8 +318,7 @@ def fly_avoiding(
             return False
         judge_step(
             t, own, own_velocity, positions, velocities, needed, life, seen_position, seen_velocity, covariance,
-            rules, other_rules, noise, thresholds, alarm_tau, sizes,
-            closest, inside, at, true, true_other, detected, scores, judge_buffers, own_covariance,
+            scoring, marks, inside, scratch,
         )  # fmt: skip
         if k % run.decision_steps == 0:
             action = take_decision(t, own, own_velocity, flight.x[BANK], run, sensing, memory, buffers, needed)
@@ -478,11 +345,10 @@ def fly_avoiding(
 
 
 @jit
-def begin_flight(run: RunSettings, t: float, flight: Flight) -> None:
-    """Put the ownship where it is after straight flight along the mission up to time `t`."""
+def begin_flight(run: RunSettings, own: np.ndarray, flight: Flight) -> None:
+    """Put the ownship where straight flight along the mission has taken it."""
     flight.x[:] = 0.0
-    flight.x[0] = run.mission[0, 0] + run.mission_speeds[1] * t
-    flight.x[1], flight.x[2] = run.mission[0, 1], run.mission[0, 2]
+    flight.x[0], flight.x[1], flight.x[2] = own[0], own[1], own[2]
     flight.x[AIRSPEED] = run.mission_speeds[1]
     flight.numbers[:] = 0.0
 
@@ -490,9 +356,10 @@ def begin_flight(run: RunSettings, t: float, flight: Flight) -> None:
 @jit
 def write_run(judge: Judge, floats: np.ndarray, integers: np.ndarray) -> None:
     """Write what the run with avoidance was scored by."""
-    for i in range(judge.true.shape[0]):
-        floats[i, T_TRUE_IN_RUN], floats[i, T_DETECTED_IN_RUN] = judge.true[i], judge.first[i, PROBABILITY]
-        floats[i, HORIZONTAL_RUN], floats[i, VERTICAL_RUN] = judge.closest[i, HORIZONTAL], judge.closest[i, VERTICAL]
+    for i in range(judge.inside.shape[0]):
+        marks = judge.marks[i]
+        floats[i, T_TRUE_IN_RUN], floats[i, T_DETECTED_IN_RUN] = marks[TRUE], marks[FIRST + PROBABILITY]
+        floats[i, HORIZONTAL_RUN], floats[i, VERTICAL_RUN] = marks[HORIZONTAL], marks[VERTICAL]
         integers[i, INSIDE] = judge.inside[i]
 
 
@@ -501,18 +368,18 @@ def write_twin(
     judge: Judge, start: np.ndarray, velocities: np.ndarray, run: RunSettings, floats: np.ndarray, integers: np.ndarray
 ) -> None:
     """Write the encounter, and what the twin without avoidance was scored by."""
-    for i in range(judge.true.shape[0]):
+    for i in range(judge.inside.shape[0]):
+        marks = judge.marks[i]
         floats[i, NORTH], floats[i, EAST] = start[i, 0], start[i, 1]
         floats[i, HEIGHT] = run.mission[0, 2] - start[i, 2]
         floats[i, V_NORTH], floats[i, V_EAST] = velocities[i, 0], velocities[i, 1]
         floats[i, T_CPA], floats[i, MISS] = horizontal_cpa(
             start[i, 0], start[i, 1], velocities[i, 0] - run.geometry[OWN_SPEED], velocities[i, 1]
         )
-        floats[i, T_TRUE], floats[i, T_TRUE_OTHER] = judge.true[i], judge.true_other[i]
+        floats[i, T_TRUE], floats[i, T_TRUE_OTHER] = marks[TRUE], marks[TRUE_OTHER]
         for j in range(N_SCORES):
-            floats[i, T_FIRST + j], floats[i, SCORE_FIRST + j] = judge.first[i, j], judge.scores[i, j]
-        floats[i, HORIZONTAL_ALONE] = judge.closest[i, HORIZONTAL]
-        floats[i, VERTICAL_ALONE] = judge.closest[i, VERTICAL]
+            floats[i, T_FIRST + j], floats[i, SCORE_FIRST + j] = marks[FIRST + j], marks[SCORES + j]
+        floats[i, HORIZONTAL_ALONE], floats[i, VERTICAL_ALONE] = marks[HORIZONTAL], marks[VERTICAL]
         integers[i, INSIDE_ALONE] = judge.inside[i]
 
 
@@ -574,15 +441,16 @@ def fly_encounter(
     numbers, phi, q, bias, track = (
         run.sensing.numbers, run.sensing.phi, run.sensing.q, run.sensing.bias, run.sensing.track,
     )  # fmt: skip
-    rules, other_rules, noise, thresholds, alarm_tau, sizes = run.scoring
     reach, reach_time, needed = run.reach, run.reach_time, np.ones(m, np.bool_)
-    closest, inside, at, true, true_other, detected, scores, judge_buffers, own_covariance = judge
+    scoring, marks, inside, scratch = run.scoring, judge.marks, judge.inside, judge.buffers
     forked = False
     t_before = math.nan
     t = 0.0
     for k in range(run.steps + 1):
         t = k * STEP
-        own[0] = run.mission[0, 0] + run.mission_speeds[1] * t
+        if k > 0:
+            # As the world integrates it, to the last bit: a waypoint may be passed just now or a step later.
+            own[0] += run.mission_speeds[1] * (t - t_before)
         for i in range(m):
             for j in range(3):
                 positions[i, j] = start[i, j] + t * velocities[i, j]
@@ -597,8 +465,7 @@ def fly_encounter(
             return NEEDS_FULL_TIER
         judge_step(
             t, own, own_velocity, positions, velocities, needed, life, seen_position, seen_velocity, covariance,
-            rules, other_rules, noise, thresholds, alarm_tau, sizes,
-            closest, inside, at, true, true_other, detected, scores, judge_buffers, own_covariance,
+            scoring, marks, inside, scratch,
         )  # fmt: skip
         if avoid and not forked and k % run.decision_steps == 0:
             action = take_decision(t, own, own_velocity, 0.0, run, sensing, memory, buffers, needed)
@@ -606,7 +473,7 @@ def fly_encounter(
                 forked = True
                 copy_sensing(sensing, forked_sensing)
                 copy_judge(judge, forked_judge)
-                begin_flight(run, t, flight)
+                begin_flight(run, own, flight)
                 if not fly_avoiding(
                     seed, encounter, k, start, velocities, run, forked_sensing, forked_judge, memory, flight, buffers,
                     floats, integers,

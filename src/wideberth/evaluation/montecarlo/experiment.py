@@ -103,10 +103,16 @@ class ScoringConfig(PartConfig):
     velocity_sigma_mps: Annotated[float, Field(ge=0)] = 8 * KNOT
     altitude_sigma_m: Annotated[float, Field(ge=0)] = 75.9 * FOOT
     climb_rate_sigma_mps: Annotated[float, Field(ge=0)] = 27.96 * FOOT_PER_MINUTE
-    alarm_probability: Annotated[float, Field(gt=0, lt=1, description="of entering the volume; the default detector")]
-    alarm_tau_s: Annotated[float, Field(gt=0, description="the default detector looks no farther ahead than this")] = (
-        60.0
-    )
+    alarm_probability: Annotated[
+        float, Field(gt=0, lt=1, description="of entering the volume at which the default detector raises an alarm")
+    ]
+    early_alarm_probability: Annotated[
+        float | None,
+        Field(
+            gt=0, lt=1, description="the same where the closest point is early_alarm_s ahead or more; None: the same"
+        ),
+    ] = None
+    early_alarm_s: Annotated[float, Field(gt=0)] = 20.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from wideberth.conflict.well_clear import PRESETS
 from wideberth.errors import InputError
 from wideberth.evaluation.montecarlo import encounter_kernels as ek
 from wideberth.evaluation.montecarlo import geometry_kernels as gk
+from wideberth.evaluation.montecarlo import judge_kernels as jk
 from wideberth.evaluation.montecarlo import sensing_kernels as sk
 from wideberth.evaluation.montecarlo import separation_kernels as pk
 from wideberth.evaluation.montecarlo.experiment import Experiment
@@ -76,7 +77,7 @@ def run_settings(experiment: Experiment) -> ek.RunSettings:
     speed = encounter.ownship_speed_kt * KNOT
     vehicle = parameters(scenario.ownship.config)
     planner = settings_of(scenario.avoidance.config, vehicle)
-    scoring = scoring_settings(experiment)
+    scoring = scoring_array(experiment)
     reach, reach_time = _reach(planner, scoring, float(vehicle[vk.P_SPEED_MAX]))
     return ek.RunSettings(
         geometry=geometry_array(experiment),
@@ -92,7 +93,7 @@ def run_settings(experiment: Experiment) -> ek.RunSettings:
     )
 
 
-def _reach(planner: dk.Settings, scoring: ek.ScoringSettings, own_speed: float) -> tuple[float, float]:
+def _reach(planner: dk.Settings, scoring: FloatArray, own_speed: float) -> tuple[float, float]:
     """Return beyond which distance (m, and s of the intruder's flight) an intruder that moves away cannot matter.
 
     The planner's bound is that of `predict_intruders`, with the most that a volume is widened by; a tenth is added for
@@ -102,7 +103,9 @@ def _reach(planner: dk.Settings, scoring: ek.ScoringSettings, own_speed: float) 
     widest = risk[rk.OUTER_RADIUS] * (1.0 + risk[rk.SIGMA_CAP]) + risk[rk.GROWTH_H] * risk[rk.GROWTH_TIME]
     tau = rk.MARGIN_MAX * risk[rk.OUTER_TAU]
     fixed = rk.MARGIN_MAX * widest + own_speed * (tau + horizon)
-    scored = max(*scoring.rules[[0, 3]], *scoring.other_rules[[0, 3]], scoring.sizes[pk.LOSS_DTHR], scoring.sizes[0])
+    sizes = scoring[jk.SIZES :]
+    radii = (scoring[0], scoring[3], scoring[jk.OTHER_RULES + 3], sizes[pk.LOSS_DTHR], sizes[pk.RADIUS])
+    scored = float(max(radii))
     return 1.1 * max(fixed, scored), 1.1 * (tau + horizon)
 
 
@@ -125,8 +128,8 @@ def geometry_array(experiment: Experiment) -> FloatArray:
     return geometry
 
 
-def scoring_settings(experiment: Experiment) -> ek.ScoringSettings:
-    """Return what encounters are judged by."""
+def scoring_array(experiment: Experiment) -> FloatArray:
+    """Return what encounters are judged by, as `judge_kernels` lays it out."""
     s = experiment.scoring
 
     def rules(radius: float, half_height: float) -> FloatArray:
@@ -135,23 +138,27 @@ def scoring_settings(experiment: Experiment) -> ek.ScoringSettings:
         ).array()
 
     loss, astm = PRESETS["sarp"], PRESETS["astm_f3442"]
-    sizes = np.zeros(pk.N_SIZES)
+    scoring = np.zeros(jk.N_SCORING)
+    scoring[ak.RULES : ak.NOISE] = rules(s.volume_radius_m, s.volume_half_height_m)
+    scoring[ak.NOISE : ak.EARLY] = (
+        s.position_sigma_m,
+        s.velocity_sigma_mps,
+        s.altitude_sigma_m,
+        s.climb_rate_sigma_mps,
+    )
+    scoring[ak.EARLY] = math.log10((s.early_alarm_probability or s.alarm_probability) / s.alarm_probability)
+    scoring[ak.EARLY_TIME] = s.early_alarm_s
+    scoring[jk.OTHER_RULES : jk.THRESHOLDS] = rules(s.other_radius_m, s.other_half_height_m)
+    thresholds = scoring[jk.THRESHOLDS : jk.SIZES]
+    thresholds[ak.SCALE], thresholds[ak.PAPER], thresholds[ak.TRACK] = 1.0, s.m1, s.m1
+    thresholds[ak.PROBABILITY] = -math.log10(s.alarm_probability)
+    sizes = scoring[jk.SIZES :]
     sizes[pk.RADIUS], sizes[pk.HALF_HEIGHT] = s.violation_radius_m, s.violation_half_height_m
     sizes[pk.AIRCRAFT_RADIUS], sizes[pk.AIRCRAFT_HALF_HEIGHT] = s.aircraft_radius_m, s.aircraft_half_height_m
     sizes[pk.LOSS_DTHR], sizes[pk.LOSS_ZTHR], sizes[pk.LOSS_TTHR] = loss.dthr, loss.zthr, loss.tthr
     sizes[pk.LOSS_TCOA] = loss.tcoa
     sizes[pk.ASTM_RADIUS], sizes[pk.ASTM_HALF_HEIGHT] = astm.dthr, astm.zthr
-    thresholds = np.empty(ak.N_SCORES)
-    thresholds[ak.SCALE], thresholds[ak.PAPER], thresholds[ak.TRACK] = 1.0, s.m1, s.m1
-    thresholds[ak.PROBABILITY] = -math.log10(s.alarm_probability)
-    return ek.ScoringSettings(
-        rules=rules(s.volume_radius_m, s.volume_half_height_m),
-        other_rules=rules(s.other_radius_m, s.other_half_height_m),
-        noise=np.array([s.position_sigma_m, s.velocity_sigma_mps, s.altitude_sigma_m, s.climb_rate_sigma_mps]),
-        thresholds=thresholds,
-        alarm_tau=s.alarm_tau_s,
-        sizes=sizes,
-    )
+    return scoring
 
 
 def _sensing(sensor: AdsbErrorConfig, tracker: AdsbKalmanConfig) -> sk.SensingSettings:

@@ -15,6 +15,7 @@ from wideberth.config import ScenarioConfig, build_scenario
 from wideberth.errors import InputError
 from wideberth.evaluation.montecarlo import encounter_kernels as ek
 from wideberth.evaluation.montecarlo import geometry_kernels as gk
+from wideberth.evaluation.montecarlo import judge_kernels as jk
 from wideberth.evaluation.montecarlo.experiment import Experiment
 from wideberth.evaluation.montecarlo.fast_settings import geometry_array, mission_length, run_settings
 from wideberth.simulation.truth import Truth
@@ -134,8 +135,8 @@ class _Run:
         self.pipeline = build_pipeline(scenario, counter)
         self.run = run
         m = len(self.world.truth(0.0).ids)
-        self.judge = ek.new_judge(m)
-        ek.begin_judge(self.judge)
+        self.judge = jk.new_judge(m)
+        jk.begin_judge(self.judge)
         self.needed = np.ones(m, np.bool_)
         self.seen = np.zeros((m, N_INTEGERS), np.int64)
         self.tracks = (np.zeros((m, 3)), np.zeros((m, 3)), np.zeros((m, 9, 9)))
@@ -154,12 +155,9 @@ class _Run:
         own, velocity = ownship.position, ownship.velocity
         run, judge = self.run, self.judge
         ek.find_needed(own, velocity, truth.positions, truth.velocities, run.reach, run.reach_time, self.needed)
-        scoring = run.scoring
-        ek.judge_step(
+        jk.judge_step(
             self.t, own, velocity, truth.positions, truth.velocities, self.needed, self.seen, *self.tracks,
-            scoring.rules, scoring.other_rules, scoring.noise, scoring.thresholds, scoring.alarm_tau, scoring.sizes,
-            judge.closest, judge.inside, judge.before, judge.true, judge.true_other, judge.first, judge.scores,
-            judge.buffers, judge.own_covariance,
+            run.scoring, judge.marks, judge.inside, judge.buffers,
         )  # fmt: skip
         return snapshot, truth
 

@@ -273,7 +273,11 @@ def _settings(summary: Summary, experiment: Experiment) -> list[tuple[str, str]]
         ("volume of events", _volume(s.volume_radius_m, s.volume_half_height_m)),
         ("the other reading of it", _volume(s.other_radius_m, s.other_half_height_m)),
         ("collision volume", _volume(s.violation_radius_m, s.violation_half_height_m)),
-        ("default detector", f"alarm at a probability of entry of {s.alarm_probability:g} within {s.alarm_tau_s:g} s"),
+        (
+            "default detector",
+            f"alarm at a probability of entry of {s.alarm_probability:g}, rising to"
+            f" {s.early_alarm_probability or s.alarm_probability:g} where it is {s.early_alarm_s:g} s ahead or more",
+        ),
         ("algorithm 2", f"m1 = {s.m1:g}, m2 = {s.m2:g}"),
     ]
     if hasattr(sensor, "nacp"):

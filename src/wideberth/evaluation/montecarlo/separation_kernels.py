@@ -25,23 +25,24 @@ _SAME = 1e-9  # ratios as close as this are equal: of level flight past each oth
 
 
 @jit
-def segment_inside(a: np.ndarray, b: np.ndarray, radius: float, half_height: float) -> bool:
-    """Return whether the straight way from `a` to `b` (relative positions) enters a cylinder, bounds excluded."""
-    dx, dy, dz = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+def segment_inside(
+    ax: float, ay: float, az: float, dx: float, dy: float, dz: float, radius: float, half_height: float
+) -> bool:
+    """Return whether the straight way from a relative position `a` by `d` enters a cylinder, bounds excluded."""
     low, high = 0.0, 1.0
     if dz == 0.0:
-        if abs(a[2]) >= half_height:
+        if abs(az) >= half_height:
             return False
     else:
-        u, w = (-half_height - a[2]) / dz, (half_height - a[2]) / dz
+        u, w = (-half_height - az) / dz, (half_height - az) / dz
         low, high = max(low, min(u, w)), min(high, max(u, w))
         if low >= high:
             return False
-    outside = a[0] * a[0] + a[1] * a[1] - radius * radius
+    outside = ax * ax + ay * ay - radius * radius
     q = dx * dx + dy * dy
     if q == 0.0:
         return outside < 0.0
-    half_b = a[0] * dx + a[1] * dy
+    half_b = ax * dx + ay * dy
     root = half_b * half_b - q * outside
     if root <= 0.0:
         return False
@@ -50,64 +51,78 @@ def segment_inside(a: np.ndarray, b: np.ndarray, radius: float, half_height: flo
 
 
 @jit
-def approach(s: np.ndarray, u: float, a: np.ndarray, sizes: np.ndarray, closest: np.ndarray) -> None:
-    """Take the point at `u` of the way from `a` to `s` into the closest approach."""
-    x, y, z = a[0] + u * (s[0] - a[0]), a[1] + u * (s[1] - a[1]), a[2] + u * (s[2] - a[2])
+def approach(i: int, x: float, y: float, z: float, sizes: np.ndarray, closest: np.ndarray) -> None:
+    """Take a relative position into the closest approach of intruder `i`."""
     horizontal, vertical = math.sqrt(x * x + y * y), abs(z)
     h, w = horizontal / sizes[RADIUS], vertical / sizes[HALF_HEIGHT]
     worse, better = max(h, w), min(h, w)
-    if worse < closest[WORSE] - _SAME or (worse < closest[WORSE] + _SAME and better < closest[BETTER]):
-        closest[WORSE], closest[BETTER], closest[HORIZONTAL], closest[VERTICAL] = worse, better, horizontal, vertical
+    if worse < closest[i, WORSE] - _SAME or (worse < closest[i, WORSE] + _SAME and better < closest[i, BETTER]):
+        closest[i, WORSE], closest[i, BETTER] = worse, better
+        closest[i, HORIZONTAL], closest[i, VERTICAL] = horizontal, vertical
 
 
 @jit
 def score_step(
-    before: np.ndarray, now: np.ndarray, velocity: np.ndarray, sizes: np.ndarray, closest: np.ndarray
+    i: int,
+    ax: float,
+    ay: float,
+    az: float,
+    sx: float,
+    sy: float,
+    sz: float,
+    vx: float,
+    vy: float,
+    vz: float,
+    sizes: np.ndarray,
+    closest: np.ndarray,
 ) -> int:
     """Score one intruder over one step; return the bits of the volumes that were entered.
 
     Parameters
     ----------
-    before, now : ndarray, shape (3,)
+    i : int
+        The intruder.
+    ax, ay, az, sx, sy, sz : float
         Relative positions at the beginning and the end of the step; in between the way is straight.
-    velocity : ndarray, shape (3,)
+    vx, vy, vz : float
         Relative velocity at the end.
     sizes : ndarray, shape (N_SIZES,)
-    closest : ndarray, shape (N_CLOSEST,)
+    closest : ndarray, shape (m, N_CLOSEST) or wider
         Updated; infinite before the first step.
     """
-    dx, dy = now[0] - before[0], now[1] - before[1]
+    dx, dy, dz = sx - ax, sy - ay, sz - az
     q = dx * dx + dy * dy
     u = 1.0
     if q > 0.0:
-        u = min(max(-(before[0] * dx + before[1] * dy) / q, 0.0), 1.0)
+        u = min(max(-(ax * dx + ay * dy) / q, 0.0), 1.0)
+    nx, ny = ax + u * dx, ay + u * dy
     if 0.0 < u < 1.0:
-        approach(now, u, before, sizes, closest)
-    approach(now, 1.0, before, sizes, closest)
-    nx, ny = before[0] + u * dx, before[1] + u * dy
+        approach(i, nx, ny, az + u * dz, sizes, closest)
+    approach(i, sx, sy, sz, sizes, closest)
     nearest = math.sqrt(nx * nx + ny * ny)
     bits = 0
     if nearest < max(sizes[RADIUS], NMAC_RADIUS):
-        if segment_inside(before, now, sizes[RADIUS], sizes[HALF_HEIGHT]):
+        if segment_inside(ax, ay, az, dx, dy, dz, sizes[RADIUS], sizes[HALF_HEIGHT]):
             bits |= FULL
-        if segment_inside(before, now, sizes[RADIUS] / 3.0, sizes[HALF_HEIGHT] / 3.0):
+        if segment_inside(ax, ay, az, dx, dy, dz, sizes[RADIUS] / 3.0, sizes[HALF_HEIGHT] / 3.0):
             bits |= THIRD
-        if segment_inside(before, now, sizes[AIRCRAFT_RADIUS], sizes[AIRCRAFT_HALF_HEIGHT]):
+        if segment_inside(ax, ay, az, dx, dy, dz, sizes[AIRCRAFT_RADIUS], sizes[AIRCRAFT_HALF_HEIGHT]):
             bits |= AIRCRAFT
-        if segment_inside(before, now, NMAC_RADIUS, NMAC_HALF_HEIGHT):
+        if segment_inside(ax, ay, az, dx, dy, dz, NMAC_RADIUS, NMAC_HALF_HEIGHT):
             bits |= NMAC
-    if nearest < sizes[ASTM_RADIUS] and segment_inside(before, now, sizes[ASTM_RADIUS], sizes[ASTM_HALF_HEIGHT]):
+    if nearest < sizes[ASTM_RADIUS] and segment_inside(
+        ax, ay, az, dx, dy, dz, sizes[ASTM_RADIUS], sizes[ASTM_HALF_HEIGHT]
+    ):
         bits |= ASTM
-    for miss_filter in (False, True):
-        if well_clear_violation(
-            now[0], now[1], now[2], velocity[0], velocity[1], velocity[2],
-            sizes[LOSS_DTHR], sizes[LOSS_ZTHR], sizes[LOSS_TTHR], sizes[LOSS_TCOA], miss_filter,
-        ):  # fmt: skip
-            bits |= LOSS_FILTERED if miss_filter else LOSS
+    dthr, zthr, tthr, tcoa = sizes[LOSS_DTHR], sizes[LOSS_ZTHR], sizes[LOSS_TTHR], sizes[LOSS_TCOA]
+    # The filter only takes away: without a loss by the one there is none by the other.
+    if well_clear_violation(sx, sy, sz, vx, vy, vz, dthr, zthr, tthr, tcoa, False):
+        bits |= LOSS
+        if well_clear_violation(sx, sy, sz, vx, vy, vz, dthr, zthr, tthr, tcoa, True):
+            bits |= LOSS_FILTERED
     return bits
 
 
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
-    one = np.ones(3)
-    score_step(one, 2.0 * one, one, np.ones(N_SIZES), np.full(N_CLOSEST, np.inf))
+    score_step(0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 1.0, 1.0, 1.0, np.ones(N_SIZES), np.full((1, N_CLOSEST), np.inf))

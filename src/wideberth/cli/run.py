@@ -1,14 +1,24 @@
 """`wideberth run`: one scenario from start to report."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from wideberth.errors import InputError
+
 
 def run(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML).")],
     out: Annotated[Path, typer.Option(help="Folder for summary.json, recording.mcap, report.html and pictures.")],
+    scenario: Annotated[Path | None, typer.Argument(help="Scenario file (TOML).")] = None,
+    encounter: Annotated[
+        str | None,
+        typer.Option(
+            help="Instead of a scenario, an encounter of a Monte Carlo experiment: EXPERIMENT:K-ID, K intruders, "
+            "number ID."
+        ),
+    ] = None,
     traffic: Annotated[
         str | None,
         typer.Option(
@@ -48,7 +58,15 @@ def run(
     from wideberth.types import Snapshot
 
     console = Console()
-    tables = read_toml(scenario)
+    if (scenario is None) == (encounter is None):
+        raise InputError("give either a SCENARIO or --encounter EXPERIMENT:K-ID")
+    if scenario is not None:
+        tables, source, folder = read_toml(scenario), str(scenario), scenario.parent
+    else:
+        if traffic is not None or mission is not None or traffic_format != "auto":
+            raise InputError("--encounter brings its own traffic and mission")
+        tables, source, folder = _encounter(str(encounter), seed, set_ or ()), str(encounter), Path()
+        seed, set_ = None, None
     if traffic is not None:
         tables["traffic"] = _recorded(tables.get("traffic"), traffic, traffic_format)
     elif traffic_format != "auto":
@@ -65,7 +83,7 @@ def run(
         tables["avoid"] = False
     for override in set_ or ():
         apply_override(tables, override)
-    checked = build_scenario(tables, source=str(scenario), folder=scenario.parent)
+    checked = build_scenario(tables, source=source, folder=folder)
     with Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -92,6 +110,21 @@ def run(
     console.print(f"summary:   {out / 'summary.json'}\nrecording: {out / 'recording.mcap'}")
     if report:
         console.print(f"report:    {out / 'report.html'}")
+
+
+def _encounter(address: str, seed: int | None, overrides: Sequence[str]) -> dict[str, Any]:
+    """Return the tables of an encounter's scenario."""
+    from wideberth.evaluation.montecarlo.experiment import load_experiment
+    from wideberth.evaluation.montecarlo.full_tier import encounter_scenario
+    from wideberth.evaluation.montecarlo.plan import find_experiment
+
+    name, _, key = address.rpartition(":")
+    intruders, _, number = key.partition("-")
+    if not (name and intruders.isdecimal() and number.isdecimal()):
+        raise InputError(f"--encounter {address}: write EXPERIMENT:K-ID, such as adsb_collision:3-1234")
+    experiment = load_experiment(find_experiment(name), overrides)
+    chosen = experiment.seed if seed is None else seed
+    return encounter_scenario(experiment, chosen, int(intruders), int(number)).resolved()
 
 
 def _recorded(table: Any, traffic: str, traffic_format: str) -> dict[str, Any]:

@@ -288,7 +288,7 @@ def fly_avoiding(
     take_over(memory, run.planner.vehicle, flight)
     length = flight.x[0] - run.mission[0, 0]
     own = flight.x[:3]
-    due, x, p, last, kept, life = sensing.next, sensing.x, sensing.p, sensing.last, sensing.floats, sensing.integers
+    due, x, p, last, kept, life = sensing.due, sensing.x, sensing.p, sensing.last, sensing.floats, sensing.integers
     seen_position, seen_velocity, covariance = sensing.position, sensing.velocity, sensing.covariance
     numbers, phi, q, bias, track = (
         run.sensing.numbers, run.sensing.phi, run.sensing.q, run.sensing.bias, run.sensing.track,
@@ -436,7 +436,7 @@ def fly_encounter(
     own_velocity[0] = run.mission_speeds[1]
     floats[:] = math.nan
     integers[:] = 0
-    due, x, p, last, kept, life = sensing.next, sensing.x, sensing.p, sensing.last, sensing.floats, sensing.integers
+    due, x, p, last, kept, life = sensing.due, sensing.x, sensing.p, sensing.last, sensing.floats, sensing.integers
     seen_position, seen_velocity, covariance = sensing.position, sensing.velocity, sensing.covariance
     numbers, phi, q, bias, track = (
         run.sensing.numbers, run.sensing.phi, run.sensing.q, run.sensing.bias, run.sensing.track,
@@ -522,4 +522,8 @@ def fly_encounters(
 
 
 def warmup() -> None:
-    """Do nothing: `tiers.prepare` compiles for the types of an experiment."""
+    """Compile what the full tier calls; `tiers.prepare` compiles `fly_encounters`, a minute's work for few."""
+    zero = np.zeros((1, 3))
+    find_needed(zero[0], zero[0], zero, zero, 1.0, 1.0, np.ones(1, np.bool_))
+    all_passed(zero[0], zero[0], zero[0], zero, zero)
+    write_run(new_judge(1), np.zeros((1, N_FLOAT_COLUMNS)), np.zeros((1, N_INTEGER_COLUMNS), np.int64))

@@ -79,8 +79,8 @@ def draw_encounters(
     """Draw encounters from `first` on into (n, intruders, 3); return how many came before one that cannot be."""
     for i in range(positions.shape[0]):
         if not draw_encounter(seed, intruders, first + i, geometry, positions[i], velocities[i]):
-            return i
-    return positions.shape[0]
+            return int(i)
+    return int(positions.shape[0])
 
 
 def warmup() -> None:

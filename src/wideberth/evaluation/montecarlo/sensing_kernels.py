@@ -67,7 +67,7 @@ class SensingState(NamedTuple):
     """All that changes; copied as a whole where a run forks. Aircraft along the first axis."""
 
     base: np.ndarray
-    next: np.ndarray
+    due: np.ndarray
     sent: np.ndarray
     error: np.ndarray
     error_time: np.ndarray
@@ -92,7 +92,7 @@ class SensingState(NamedTuple):
 class Buffers(NamedTuple):
     """Small arrays that kernels write into."""
 
-    index: np.ndarray
+    slot: np.ndarray
     scratch: np.ndarray
     z: np.ndarray
     r: np.ndarray
@@ -134,7 +134,7 @@ def new_buffers(m: int) -> Buffers:
 def copy_sensing(source: SensingState, target: SensingState) -> None:
     """Copy the state of sensor and tracker."""
     target.base[:] = source.base
-    target.next[:] = source.next
+    target.due[:] = source.due
     target.sent[:] = source.sent
     target.error[:] = source.error
     target.error_time[:] = source.error_time
@@ -206,7 +206,7 @@ def begin_sensing(
         state.heard[i] = math.inf
         schedule(
             seed, intruders, encounter, i, settings.numbers, state.base, state.sent, state.normals, state.uniforms,
-            state.next,
+            state.due,
         )  # fmt: skip
 
 
@@ -261,7 +261,7 @@ def hear(
     The other parameters are those of `sense_and_track`.
     """
     numbers, errors, variances = settings.numbers, settings.errors, settings.variances
-    base, due, sent, normals, uniforms = state.base, state.next, state.sent, state.normals, state.uniforms
+    base, due, sent, normals, uniforms = state.base, state.due, state.sent, state.normals, state.uniforms
     error, error_time, bias, fault = state.error, state.error_time, state.altitude_bias, state.fault
     p0, p1, z, r, scratch = buffers.p0, buffers.p1, buffers.z, buffers.r, buffers.scratch
     first = math.isnan(t_before)
@@ -293,7 +293,7 @@ def hear(
                 return False
         became = take_report(
             t_report, z, r, state.x[one], state.p[one], state.last[one], state.floats[i],
-            state.integers[i], settings.phi, settings.q, settings.track, buffers.index, buffers.step, buffers.use,
+            state.integers[i], settings.phi, settings.q, settings.track, buffers.slot, buffers.step, buffers.use,
             buffers.sigma, buffers.outcome, buffers.nis,
         )  # fmt: skip
         if became == NEEDS_MORE:
@@ -332,7 +332,7 @@ def hear_all(
     for i in range(intruders):
         if (
             needed[i]
-            and state.next[i] <= t
+            and state.due[i] <= t
             and not hear(seed, intruders, encounter, i, t, t_before, own, start, flight, settings, state, buffers)
         ):
             return False
@@ -393,4 +393,6 @@ def move_tracks(
 
 
 def warmup() -> None:
-    """`encounter_kernels` compiles all kernels of this module: none is called from Python."""
+    """Compile what is shared at the start; `encounter_kernels.fly_encounters` compiles the rest with itself."""
+    new_sensing(1)
+    new_buffers(1)

@@ -48,9 +48,9 @@ def test_an_encounter_depends_on_no_other():
 
 @compiled
 def test_avoidance_keeps_out_of_the_collision_volume():
-    """1,000 encounters of three intruders on fixed seeds: without avoidance over 30 violations, with it 1 in 20 of them.
+    """1,000 encounters of three intruders: without avoidance over 30 violations, with it at most 1 in 20 of them.
 
-    Measured when written: 1 violation. The bound is on these encounters.
+    Measured when written: 1 violation. The seed is fixed: the bound is on these encounters.
     """
     experiment = load_experiment(COLLISION)
     _, integers, status = tiers.fly_block(experiment, SEED, 3, 0, 1000, True)

@@ -16,7 +16,7 @@ RISK_NAMES = [
     *("hard_radius", "hard_height", "inner_radius", "inner_height", "outer_radius", "outer_height", "outer_tau"),
     *("sigmas", "sigma_cap", "growth_h", "growth_v", "growth_time"),
     *("weight_hard", "weight_inner", "weight_outer", "weight_near", "floor", "ceiling"),
-    *("turn_significance", "turn_rate_min", "turn_rate_max", "turn_time", "turn_weight"),
+    *("turn_significance", "turn_rate_min", "turn_rate_max", "turn_time", "turn_weight", "beyond"),
 ]
 
 
@@ -141,6 +141,31 @@ def evaluate(
         own = np.array([*x[:3], *velocity[k], -x[6]])
         risk_at(own, intruders[:, k], weights, k * dt, dt, margin, risk, met)
     return met
+
+
+def beyond(
+    end: FloatArray, velocity: FloatArray, rows: FloatArray, weight: FloatArray, t: float, risk: FloatArray
+) -> float:
+    """Return the cost of flying straight on from a path's end, by small steps.
+
+    `end` is its place (NED), `velocity` north and east there, `rows` the predictions at that time.
+    """
+    q = named(risk)
+    total = 0.0
+    step = 0.002
+    times = np.arange(0.5 * step, q["beyond"], step)
+    for row, w in zip(rows, weight, strict=True):
+        radius = widened(q["hard_radius"], row[6], 0.0, q, t)
+        height = widened(q["hard_height"], row[7], 0.0, q, t)
+        apart = abs(row[2] - end[2])
+        start, away = row[:2] - end[:2], row[3:5] - velocity
+        if row[8] == 0.0 or apart >= height or start @ away >= 0.0:
+            continue
+        inside = np.linalg.norm(start + times[:, None] * away, axis=1) < radius
+        nearest = np.linalg.norm(start - (start @ away) / (away @ away) * away)
+        share = 0.3 + min(1 - nearest / radius, 1 - apart / height)
+        total += w * q["weight_hard"] * inside.sum() * step * share
+    return total
 
 
 def point_along(waypoints: FloatArray, index: int, position: FloatArray, ahead: float) -> FloatArray:

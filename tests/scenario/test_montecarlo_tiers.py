@@ -76,3 +76,15 @@ def test_columns_are_in_the_order_of_the_schema():
         (ek.EXTRA_PATH, "extra_path_m"),
     ):
         assert FLOAT_COLUMNS[column] == name
+
+
+@compiled
+def test_an_intruder_is_not_fled_from():
+    """A turn away from this intruder looks clear for as long as the map lasts, and ends in front of it."""
+    inside = []
+    for beyond in ("0.0", "20.0"):
+        overrides = ["errors.altitude=bias", "avoidance.trigger_lookahead_s=20.0", f"avoidance.beyond_s={beyond}"]
+        experiment = load_experiment(COLLISION, overrides)
+        _, integers, _ = tiers.fly_block(experiment, 1, 3, 16010, 1, True)
+        inside.append(bool(integers[0, 2, ek.INSIDE] & 1))
+    assert inside == [True, False]

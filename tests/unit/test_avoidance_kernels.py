@@ -156,6 +156,21 @@ def test_terminal_cost_is_seconds_of_way_weighted():
     assert rk.terminal_cost(0.0, 0.0, -400.0, goal, 50.0, 4.0, np.array([0.5, 2.0])) == pytest.approx(50.0 + 50.0)
 
 
+@settings(max_examples=40)
+@given(seeds)
+def test_cost_beyond_a_path_equals_its_twin(seed):
+    rng = np.random.default_rng(seed)
+    out, weight, _, _ = predict(rng, 4, 1.0, 8, near=1500.0)
+    risk = RISK.copy()
+    risk[rk.BEYOND] = rng.uniform(1, 40)
+    end, velocity, k = np.array([*rng.normal(0, 400, 2), rng.normal(-800, 150)]), rng.normal(0, 40, 2), 7
+    cost = rk.cost_beyond(*end, *velocity, out, weight, len(out), k, float(k), risk)
+    twin = naive.beyond(end, velocity, out[:, k], weight, float(k), risk)
+    assert cost == pytest.approx(twin, abs=0.02 * risk[rk.WEIGHT_HARD])
+    risk[rk.BEYOND] = 0.0
+    assert rk.cost_beyond(*end, *velocity, out, weight, len(out), k, float(k), risk) == 0.0
+
+
 @given(st.floats(-1e4, 1e4))
 def test_wrapped_angles_are_the_same_direction(angle):
     wrapped = rk.wrap(angle)

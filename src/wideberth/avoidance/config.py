@@ -54,6 +54,13 @@ class LocalLevelConfig(PartConfig):
     )
     weight_goal: float = Field(0.3, ge=0, description="cost of a second of way back to the mission")
     weight_goal_vertical: float = Field(0.3, ge=0)
+    beyond_s: float = Field(
+        0.0,
+        ge=0,
+        le=300,
+        description="how long after the end of a path straight flight should stay out of the hard volume as well, "
+        "else the seconds inside cost as on the path; for maps shorter than a conflict takes to pass",
+    )
     weight_turn: float = Field(1.0, ge=0, description="cost of a radian of course change")
     weight_left: float = Field(0.3, ge=0, description="additional cost of a radian to the left")
     weight_climb: float = Field(0.01, ge=0, description="cost of a metre of height change")

@@ -29,6 +29,7 @@ from wideberth.avoidance.kernels import (
     FIRST_OUTER,
     TIME_HARD,
     TIME_INNER,
+    cost_beyond,
     evaluate_path,
     point_along,
     terminal_cost,
@@ -89,15 +90,6 @@ def advance_index(x: Floats, points: Floats, index: int, vehicle: Floats) -> int
     while index < points.shape[0] and waypoint_passed(x, points, index, vehicle, np.zeros(3)):
         index += 1
     return index
-
-
-@jit
-def path_cost(
-    states: Floats, goal: Floats, speed: float, climb_rate: float, goal_weights: Floats, met: Floats
-) -> float:
-    """Return what a flown path cost: its risk, plus being away from the mission at its end."""
-    x = states[states.shape[0] - 1]
-    return float(met[COST] + terminal_cost(x[0], x[1], x[2], goal, speed, climb_rate, goal_weights))
 
 
 @jit
@@ -177,6 +169,28 @@ class Memory(NamedTuple):
 
 
 @jit
+def path_cost(
+    states: Floats,
+    goal: Floats,
+    speed: float,
+    climb_rate: float,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    settings: Settings,
+    met: Floats,
+) -> float:
+    """Return what a flown path cost: its risk, what lies beyond its end, and being away from the mission there."""
+    x = states[states.shape[0] - 1]
+    k = (states.shape[0] - 1) // STRIDE
+    beyond = cost_beyond(
+        x[0], x[1], x[2], x[3] * math.cos(x[4]), x[3] * math.sin(x[4]), intruders, weight, n_intruders,
+        k, k * settings.policy[DT], settings.risk,
+    )  # fmt: skip
+    return float(met[COST] + beyond + terminal_cost(x[0], x[1], x[2], goal, speed, climb_rate, settings.goal_weights))
+
+
+@jit
 def decide(
     t: float,
     x: Floats,
@@ -222,6 +236,7 @@ def decide(
     limits[SPEED] = wanted
     point_along(mission, mission_index, x[0], x[1], wanted * (n - 1) * dt, goal)
     active = plan[ACTIVE] > 0.0
+    climb_rate = max(limits[CLIMB_MAX], 0.1)
 
     margin = policy[RETURN_MARGIN] if active else 1.0
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, margin, risk, met_mission)
@@ -245,7 +260,7 @@ def decide(
         index = int(plan[POINT_INDEX])
         look_ahead(x, memory.points[:n_points], memory.speeds[:n_points], index, settings.free, dt, states)
         evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
-        kept_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), settings.goal_weights, met_kept)
+        kept_cost = path_cost(states, goal, wanted, climb_rate, intruders, weight, n_intruders, settings, met_kept)
         exhausted = index >= n_points or t > memory.times[n_points - 1] - EXHAUSTED
         settled = t - plan[T_CHOSEN] >= policy[SETTLE]
         if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and not exhausted:
@@ -273,7 +288,7 @@ def decide(
         new_times[ring + 1] = t + elapsed
     look_ahead(x, new_points, new_speeds, 1, settings.free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
-    new_cost = path_cost(states, goal, wanted, max(limits[CLIMB_MAX], 0.1), settings.goal_weights, met_new)
+    new_cost = path_cost(states, goal, wanted, climb_rate, intruders, weight, n_intruders, settings, met_new)
     if not active and met_mission[FIRST_OUTER] > policy[TRIGGER_NOW]:
         # Where the plan begins like the mission, waiting costs nothing, and the traffic shows what it does.
         label = labels[path[min(1, count - 1)]]

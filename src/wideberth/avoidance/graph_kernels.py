@@ -6,7 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit
-from wideberth.avoidance.kernels import N_MET, N_PREDICTION, N_RISK, clear_met, risk_at, terminal_cost, wrap
+from wideberth.avoidance.kernels import (
+    N_MET,
+    N_PREDICTION,
+    N_RISK,
+    clear_met,
+    cost_beyond,
+    risk_at,
+    terminal_cost,
+    wrap,
+)
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -231,6 +240,7 @@ def search_map(
     vertical = max(limits[CLIMB_MAX], 0.1)
     for ring in range(n_rings):
         elapsed += ring_steps[ring] * dt
+        k_end = k_start + ring_steps[ring]
         # Cheapest sources first: what they leave as the best cost cuts the others short.
         n_sources = 1
         order[0] = -1
@@ -284,11 +294,25 @@ def search_map(
                     label[LABEL_COST] = saved
                 if cost < math.inf and ring == n_rings - 1:
                     cost += terminal_cost(end[NORTH], end[EAST], end[DOWN], goal, limits[SPEED], vertical, goal_weights)
+                    vn, ve = limits[SPEED] * math.cos(end[COURSE]), limits[SPEED] * math.sin(end[COURSE])
+                    cost += cost_beyond(
+                        end[NORTH],
+                        end[EAST],
+                        end[DOWN],
+                        vn,
+                        ve,
+                        intruders,
+                        weight,
+                        n_intruders,
+                        k_end,
+                        k_end * dt,
+                        risk,
+                    )
                 if cost < labels[node, LABEL_COST]:
                     labels[node, :LABEL_COST] = end[:LABEL_COST]
                     labels[node, LABEL_COST] = cost
                     parent[node] = source
-        k_start += ring_steps[ring]
+        k_start = k_end
     best = -1
     best_cost = math.inf
     for node in range(ring_start[n_rings - 1], ring_start[n_rings]):

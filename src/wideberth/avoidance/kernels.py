@@ -24,7 +24,8 @@ TURN_SIGNIFICANCE = 18  # sigmas of lateral acceleration that make a turn believ
 TURN_RATE_MIN, TURN_RATE_MAX = 19, 20  # rad/s
 TURN_TIME = 21  # s that a turn is continued
 TURN_WEIGHT = 22  # belief in the continued turn, the rest in straight flight
-N_RISK = 23
+BEYOND = 23  # s of straight flight after a path's end that count too
+N_RISK = 24
 
 MARGIN_MAX = 1.5  # largest margin that paths are judged with
 N_PREDICTION = 9  # position, velocity, two standard deviations, relevance
@@ -336,6 +337,63 @@ def terminal_cost(
 
 
 @jit
+def cost_beyond(
+    pn: float,
+    pe: float,
+    pd: float,
+    vn: float,
+    ve: float,
+    intruders: Floats,
+    weight: Floats,
+    n_intruders: int,
+    k: int,
+    t: float,
+    risk: Floats,
+) -> float:
+    """Return the cost of the seconds in hard volumes when all fly straight on, level, from the end of a path.
+
+    Without it a path that flees before an intruder looks as clear as one that lets it pass.
+
+    Parameters
+    ----------
+    pn, pe, pd, vn, ve : float
+        Position and velocity of the ownship at the end, local NED.
+    k, t : int, float
+        The end's place on the grid, and its look-ahead time, s.
+    intruders, weight, n_intruders, risk
+        As for `risk_at`; seconds more than ``risk[BEYOND]`` after the end cost nothing.
+    """
+    cost = 0.0
+    if risk[BEYOND] <= 0.0:
+        return cost
+    for m in range(n_intruders):
+        row = intruders[m, k]
+        if row[8] == 0.0:
+            continue
+        height = abs(row[2] - pd)
+        z_hard = widened(risk[HARD_HEIGHT], row[7], 0.0, risk, t)
+        if height >= z_hard:
+            continue
+        sn, se = row[0] - pn, row[1] - pe
+        rn, re = row[3] - vn, row[4] - ve
+        closing = sn * rn + se * re
+        speed2 = rn * rn + re * re
+        if closing >= 0.0 or speed2 == 0.0:
+            continue
+        r_hard = widened(risk[HARD_RADIUS], row[6], 0.0, risk, t)
+        t_cpa = -closing / speed2
+        miss2 = max(0.0, sn * sn + se * se - t_cpa * t_cpa * speed2)
+        if miss2 >= r_hard * r_hard:
+            continue
+        half = math.sqrt((r_hard * r_hard - miss2) / speed2)
+        inside = min(t_cpa + half, risk[BEYOND]) - max(t_cpa - half, 0.0)
+        if inside > 0.0:
+            share = 0.3 + min(1.0 - math.sqrt(miss2) / r_hard, 1.0 - height / z_hard)
+            cost += weight[m] * risk[WEIGHT_HARD] * inside * share
+    return cost
+
+
+@jit
 def wrap(angle: float) -> float:
     """Return the angle in [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
@@ -389,5 +447,6 @@ def warmup() -> None:
     evaluate_path(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, 1.0, risk, met)
     first_losses(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, risk, np.zeros(2))
     terminal_cost(0.0, 0.0, 0.0, point, 1.0, 1.0, np.ones(2))
+    cost_beyond(0.0, 0.0, 0.0, 1.0, 0.0, out, weight, m, 1, 1.0, risk)
     point_along(np.ones((2, 3)), 1, 0.0, 0.0, 1.0, point)
     wrap(1.0)

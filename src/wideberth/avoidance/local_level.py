@@ -244,6 +244,7 @@ def risk_array(config: LocalLevelConfig) -> FloatArray:
     risk[rk.TURN_RATE_MIN] = math.radians(config.turn_rate_min_deg_s)
     risk[rk.TURN_RATE_MAX] = math.radians(config.turn_rate_max_deg_s)
     risk[rk.TURN_TIME], risk[rk.TURN_WEIGHT] = config.turn_time_s, config.turn_belief
+    risk[rk.BEYOND] = config.beyond_s
     return risk
 
 

@@ -130,10 +130,10 @@ def flyable_38() -> LocalLevelMap:
     """Return the 38 nodes of `collision_38` with places that can be flown to.
 
     The first two rings are 5 s long as there; the last is longer, so that the map reaches from where a maneuver begins
-    to the closest point.
+    to beyond the closest point: else a way that only puts it off looks clear.
     """
     rings = collision_38(5.0, 25.0).rings
-    return LocalLevelMap(FLYABLE, (rings[0], rings[1], Ring(10.0, rings[2].nodes)))
+    return LocalLevelMap(FLYABLE, (rings[0], rings[1], Ring(15.0, rings[2].nodes)))
 
 
 def flyable_150() -> LocalLevelMap:

@@ -43,7 +43,10 @@ bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results
 	$(BIN)/wideberth warmup
 	$(BIN)/python -m benchmarks.run
 
-experiments: setup  ## fly 50 missions in a recording (TRAFFIC=..., SEED=...); results go to docs/results
+experiments: setup  ## both Monte Carlo sets in full, and 50 missions in a recording (TRAFFIC=..., SEED=...); results go to docs/results
+	$(BIN)/wideberth warmup
+	rm -rf out/monte_carlo
+	$(BIN)/python -m experiments.monte_carlo
 	$(BIN)/python -m experiments.real_traffic_missions $(if $(TRAFFIC),--traffic $(TRAFFIC)) $(if $(SEED),--seed $(SEED))
 
 hooks: setup  ## run the linters before each commit

@@ -103,20 +103,18 @@ def risk_at(
         cost += weights[m] * q["weight_near"] * dt / max(math.hypot(distance / r["outer"], height / z["outer"]), 0.1)
         closing = float(s[0] * v[0] + s[1] * v[1])
         tau = (r["outer"] ** 2 - distance**2) / closing if closing < 0 else math.inf
-        if height > z["outer"]:
-            continue
-        if distance <= r["outer"]:
+        depth = -1.0
+        if height <= z["outer"] and distance <= r["outer"]:
             depth = 2.0 - distance / r["outer"]
-        elif q["outer_tau"] > 0 and tau <= margin * q["outer_tau"]:
+        elif height <= z["outer"] and q["outer_tau"] > 0 and tau <= margin * q["outer_tau"]:
             depth = 1.0 - tau / (margin * q["outer_tau"])
-        else:
-            continue
-        if not inside:
-            first_culprit = m
-        inside.add("outer")
-        cost += weights[m] * q["weight_outer"] * dt * (0.2 + 0.8 * (1 - height / z["outer"])) * (0.3 + depth)
+        if depth >= 0.0:
+            if "outer" not in inside:
+                first_culprit = m
+            inside.add("outer")
+            cost += weights[m] * q["weight_outer"] * dt * (0.2 + 0.8 * (1 - height / z["outer"])) * (0.3 + depth)
         for name in ("inner", "hard"):
-            if distance <= r[name] and height <= z[name]:
+            if (depth >= 0.0 or name == "hard") and distance <= r[name] and height <= z[name]:
                 inside.add(name)
                 share = 0.3 + min(1 - distance / r[name], 1 - height / z[name])
                 cost += weights[m] * q[f"weight_{name}"] * dt * share

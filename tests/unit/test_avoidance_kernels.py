@@ -114,6 +114,16 @@ def test_risk_of_a_place_equals_its_twin(seed):
         assert met[index] == twin.first(name)
 
 
+def test_the_printed_search_sees_the_collision_volume():
+    risk = printed_risk_array(LocalLevelConfig())
+    row = np.array([[[200.0, 0, -800, -40, 0, 0, 0, 0, 1]]])
+    met = np.zeros(rk.N_MET)
+    rk.clear_met(met)
+    cost = rk.risk_at(0.0, 0.0, -800.0, 40.0, 0.0, 0.0, row, np.ones(1), 1, 0, 0.0, 1.0, 1.0, risk, met)
+    assert met[rk.TIME_HARD] == 1.0
+    assert cost > 0.2 * risk[rk.WEIGHT_HARD]
+
+
 @settings(max_examples=25)
 @given(seeds)
 def test_evaluation_of_a_path_equals_its_twin(seed):

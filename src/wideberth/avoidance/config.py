@@ -104,6 +104,8 @@ class LocalLevelConfig(PartConfig):
     def _ordered(self) -> Self:
         if self.altitude_max_m <= self.altitude_min_m:
             raise ValueError("altitude_max_m must be above altitude_min_m")
-        if self.hard_radius_m > self.outer_radius_m:
-            raise ValueError("hard_radius_m must not exceed outer_radius_m")
+        for name in ("radius_m", "half_height_m"):
+            for volume in ("hard", "inner"):
+                if getattr(self, f"{volume}_{name}") > getattr(self, f"outer_{name}"):
+                    raise ValueError(f"{volume}_{name} must not exceed outer_{name}")
         return self

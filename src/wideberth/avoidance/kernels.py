@@ -202,30 +202,32 @@ def risk_at(
         r_outer = widened(margin * risk[OUTER_RADIUS], row[6], risk[GROWTH_H], risk, t)
         scaled = math.sqrt(range2 / (r_outer * r_outer) + sd * sd / (z_outer * z_outer))
         cost += weight[m] * risk[WEIGHT_NEAR] * dt / max(scaled, 0.1)
-        if height > z_outer:
-            continue
-        rn, re = row[3] - vn, row[4] - ve
-        closing = sn * rn + se * re
         depth = -1.0
-        if range2 <= r_outer * r_outer:
-            depth = 1.0 + 1.0 - math.sqrt(range2) / r_outer
-        elif closing < 0.0 and risk[OUTER_TAU] > 0.0:
-            tau = (r_outer * r_outer - range2) / closing
-            if tau <= margin * risk[OUTER_TAU]:
-                depth = 1.0 - tau / (margin * risk[OUTER_TAU])
+        if height <= z_outer:
+            rn, re = row[3] - vn, row[4] - ve
+            closing = sn * rn + se * re
+            if range2 <= r_outer * r_outer:
+                depth = 1.0 + 1.0 - math.sqrt(range2) / r_outer
+            elif closing < 0.0 and risk[OUTER_TAU] > 0.0:
+                tau = (r_outer * r_outer - range2) / closing
+                if tau <= margin * risk[OUTER_TAU]:
+                    depth = 1.0 - tau / (margin * risk[OUTER_TAU])
         if depth < 0.0:
-            continue
-        if not outer and met[FIRST_OUTER] == math.inf:
-            met[CULPRIT] = m
-        outer = True
-        share = 0.2 + 0.8 * (1.0 - height / z_outer)
-        cost += weight[m] * risk[WEIGHT_OUTER] * dt * share * (0.3 + depth)
-        r_inner = widened(margin * risk[INNER_RADIUS], row[6], risk[GROWTH_H], risk, t)
-        z_inner = widened(margin * risk[INNER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
-        if range2 <= r_inner * r_inner and height <= z_inner:
-            inner = True
-            share = 0.3 + min(1.0 - math.sqrt(range2) / r_inner, 1.0 - height / z_inner)
-            cost += weight[m] * risk[WEIGHT_INNER] * dt * share
+            # The printed search has no outer volume about the hard one.
+            if risk[HARD_RADIUS] <= risk[OUTER_RADIUS] and risk[HARD_HEIGHT] <= risk[OUTER_HEIGHT]:
+                continue
+        else:
+            if not outer and met[FIRST_OUTER] == math.inf:
+                met[CULPRIT] = m
+            outer = True
+            share = 0.2 + 0.8 * (1.0 - height / z_outer)
+            cost += weight[m] * risk[WEIGHT_OUTER] * dt * share * (0.3 + depth)
+            r_inner = widened(margin * risk[INNER_RADIUS], row[6], risk[GROWTH_H], risk, t)
+            z_inner = widened(margin * risk[INNER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
+            if range2 <= r_inner * r_inner and height <= z_inner:
+                inner = True
+                share = 0.3 + min(1.0 - math.sqrt(range2) / r_inner, 1.0 - height / z_inner)
+                cost += weight[m] * risk[WEIGHT_INNER] * dt * share
         r_hard = widened(risk[HARD_RADIUS], row[6], 0.0, risk, t)
         z_hard = widened(risk[HARD_HEIGHT], row[7], 0.0, risk, t)
         if range2 <= r_hard * r_hard and height <= z_hard:

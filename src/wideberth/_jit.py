@@ -13,9 +13,10 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import numba
+from numba.core.options import DefaultOptions
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -98,13 +99,34 @@ def _our_cache() -> Iterator[None]:
         settings["CACHE_DIR"] = before
 
 
+_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+# An option that numba keeps for itself: where it has gone, kernels are only slower.
+_COUNTED: dict[str, Any] = {"_nrt": True} if hasattr(DefaultOptions, "_nrt") else {}
+_UNCOUNTED: dict[str, Any] = {"_nrt": False} if _COUNTED else {}
+
+
 def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel: cached, without the interpreter lock, IEEE division (no exception on x / 0)."""
-    with _our_cache():
-        return numba.njit(cache=True, nogil=True, error_model="numpy")(function)
+    # Counting is asked for: else a kernel takes the option from the first one that calls it.
+    return _compiled(function, _COUNTED)
+
+
+def jit_uncounted(function: Callable[P, R]) -> Callable[P, R]:
+    """Compile a kernel that neither makes nor copies arrays: references to those it is given are not counted.
+
+    For kernels called at every step: counting is two atomic operations wherever an array is passed on, sliced or taken
+    out of a tuple, together up to half of the time. Who calls from Python or from a kernel by `jit` holds the arrays;
+    numba refuses to compile what makes one here (also the assignment of one array to a slice of another).
+    """
+    return _compiled(function, _UNCOUNTED)
 
 
 def jit_parallel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel whose outer loop runs in parallel over independent items (use `numba.prange`)."""
+    return _compiled(function, {**_COUNTED, "parallel": True})
+
+
+def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:
     with _our_cache():
-        return numba.njit(cache=True, nogil=True, error_model="numpy", parallel=True)(function)
+        kernel: Callable[P, R] = numba.njit(**_OPTIONS, **options)(function)
+    return kernel

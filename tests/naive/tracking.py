@@ -54,3 +54,38 @@ class TwelveStates:
         x = self.x.reshape(4, 3).T
         p = np.array([self.p[np.ix_(range(a, 12, 3), range(a, 12, 3))] for a in range(3)])
         return x, p
+
+
+def output(
+    x: FloatArray,
+    p: FloatArray,
+    phi: tuple[FloatArray, FloatArray],
+    q: tuple[FloatArray, FloatArray],
+    steps: int,
+    residual: float,
+    bias: FloatArray,
+    latency: float,
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
+    """Return position, velocity, acceleration, covariance (9, 9) and own spread of a track some steps after its update.
+
+    Parameters
+    ----------
+    x, p : ndarray, shape (3, 4), (3, 4, 4)
+    phi, q : tuple of ndarray
+        Transition and noise of one step, horizontally and vertically.
+    steps, residual : int, float
+        Steps to walk, and what is left of the time, s, over which only the mean is moved.
+    bias : ndarray, shape (2,)
+    latency : float
+    """
+    twin = TwelveStates(phi, q, x, p)
+    for _ in range(steps):
+        twin.predict()
+    position, velocity, acceleration = twin.x[:3], twin.x[3:6], twin.x[6:9]
+    position = position + residual * velocity + 0.5 * residual**2 * acceleration
+    velocity = velocity + residual * acceleration
+    covariance = twin.p[:9, :9].copy()
+    spread = float(np.sqrt(np.diag(covariance)[:2].max()))
+    covariance[range(3), range(3)] += bias[[0, 0, 1]]
+    covariance[:2, :2] += latency**2 * np.outer(velocity[:2], velocity[:2])
+    return position, velocity, acceleration, covariance, spread

@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 
 from tests.scenario.test_montecarlo_engines import made_cycle_times
 from tests.unit.test_montecarlo_folder import made_rows, same
-from wideberth._jit import source_hash
 from wideberth.cli.main import app
 from wideberth.evaluation.montecarlo import tiers
 from wideberth.evaluation.montecarlo.folder import read_rows
+from wideberth.evaluation.montecarlo.manifest import code_hash
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALL = ("--encounters", 13, "--workers", 1, "--no-report")
@@ -61,7 +61,7 @@ def test_what_it_writes_and_says(tmp_path: Path) -> None:
     manifest = json.loads((out / "montecarlo.json").read_text())
     assert manifest["seed"] == 1 and manifest["avoidance"] is True and manifest["encounters"] == 13
     assert manifest["intruders"] == [1, 2, 3, 4, 5] and manifest["version"] == version("wideberth")
-    assert manifest["kernels"] == source_hash()
+    assert manifest["code"] == code_hash()
     summary = json.loads((out / "summary.json").read_text())
     assert [(s["intruders"], s["encounters"]) for s in summary["by_intruders"]] == [(k, 13) for k in range(1, 6)]
     assert [(s["intruders"], s["encounters"]) for s in summary["block_times"]] == [(k, 13) for k in range(1, 6)]
@@ -207,8 +207,8 @@ def test_a_changed_run_does_not_go_on(out: Path, options: list[object], said: st
     assert said in refused(out, *SMALL, "--shard", "1/2", *options)
 
 
-def test_other_kernels_do_not_go_on(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("wideberth._jit.source_hash", lambda: "0123456789abcdef")
+def test_other_code_does_not_go_on(out: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("wideberth.evaluation.montecarlo.manifest.code_hash", lambda: "0123456789abcdef")
     text = refused(out, *SMALL, "--resume")
     assert "made by other code" in text and "start anew in another folder" in text
 

@@ -234,11 +234,14 @@ def test_dask_gives_the_same_rows(tmp_path: Path) -> None:
 
 
 @pytest.mark.usefixtures("made")
-def test_dask_workers_with_other_kernels_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dask_workers_with_other_code_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from wideberth.evaluation.montecarlo import dask_engine
 
     main = threading.get_ident()
-    monkeypatch.setattr("wideberth._jit.source_hash", lambda: "here" if threading.get_ident() == main else "there")
+    monkeypatch.setattr(
+        "wideberth.evaluation.montecarlo.manifest.code_hash",
+        lambda: "here" if threading.get_ident() == main else "there",
+    )
     monkeypatch.setattr(dask_engine, "_ready", {})
     with cluster_here() as scheduler, pytest.raises(InputError, match="has another wideberth"):
         run(tmp_path, engine="dask", scheduler=scheduler)

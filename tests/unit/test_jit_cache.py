@@ -102,3 +102,43 @@ def test_hash_follows_every_kernel_source_and_nothing_else(package: Path) -> Non
 def test_the_cache_setting_of_other_users_of_numba_is_left_alone(package: Path, tmp_path: Path) -> None:
     code = "import numba, mini.outer_kernels; print(repr(vars(numba.config)['CACHE_DIR']))"
     assert run(package, tmp_path / "cache", code, NUMBA_CACHE_DIR="/elsewhere") == "'/elsewhere'"
+
+
+UNCOUNTED = """import numpy as np
+from mini._jit import jit, jit_uncounted
+
+
+@jit
+def allocates(x):
+    y = np.zeros(3)
+    y[0] = x[0]
+    return y[0]
+
+
+@jit_uncounted
+def passes_on(pair, n):
+    for i in range(n):
+        if pair[1][i] < 0.0:
+            return pair[0][:2][0]
+    return allocates(pair[0][1:]) + pair[1][0]
+
+
+@jit_uncounted
+def makes(n):
+    return np.zeros(n)[0]
+"""
+
+
+def test_kernels_that_do_not_count_neither_lose_nor_keep_references(package: Path, tmp_path: Path) -> None:
+    """What they are given lives on, is let go in the end, and they may call kernels that count."""
+    (package / "outer_kernels.py").write_text(UNCOUNTED)
+    code = (
+        "import sys, numpy as np, mini.outer_kernels as k\n"
+        "a, b = np.arange(3.0), np.ones(3)\n"
+        "before = sys.getrefcount(a), sys.getrefcount(b)\n"
+        "sums = {k.passes_on((a, b), i % 3) for i in range(1000)}\n"
+        "print(sums, before == (sys.getrefcount(a), sys.getrefcount(b)), a.tolist())\n"
+        "try: k.makes(3)\n"
+        "except Exception: print('refused')"
+    )
+    assert run(package, tmp_path / "cache", code).splitlines() == ["{2.0} True [0.0, 1.0, 2.0]", "refused"]

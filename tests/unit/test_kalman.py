@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from tests.naive.tracking import TwelveStates, discrete
-from wideberth.tracking import kernels
+from tests.naive.tracking import output as naive_output
+from wideberth.tracking import kernels, output_kernels
 from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.tracking.filter_bank import FilterBank, spectral_density
 from wideberth.tracking.motion import axis_model, model_tables
@@ -106,6 +107,40 @@ def test_three_axes_equal_the_twelve_states() -> None:
         assert np.allclose(x[0], xt, rtol=1e-8, atol=1e-8)
         assert np.allclose(p[0], pt, rtol=1e-6, atol=1e-9)
     assert {(0, kernels.ACCEPTED), (0, kernels.REJECTED), (1, kernels.ACCEPTED), (3, kernels.ACCEPTED)} <= seen
+
+
+@pytest.mark.parametrize("steps", [1, 2, 13, 40])
+@pytest.mark.parametrize("residual", [0.0, -0.04, 0.05])
+def test_outputs_equal_their_twin(steps, residual):
+    """`output_motion` writes the part of what `output_track` writes that detection needs."""
+    rng = np.random.default_rng(steps)
+    bank = FilterBank(AdsbKalmanConfig())
+    starts = [start(rng) for _ in range(2)]
+    x, p = np.array([s[0] for s in starts]), np.array([s[1] for s in starts])
+    bias, latency = np.array([300.0, 50.0]), 0.4
+    models = (bank.phi[0, 0], bank.phi[1, 0]), (bank.q[0, 0], bank.q[1, 0])
+    expected = naive_output(x[1], p[1], *models, steps, residual, bias, latency)
+
+    out, covariance = np.zeros((3, 3)), np.zeros((9, 9))
+    spread = output_kernels.output_track(
+        x[1], p[1], 7, 7 + steps, residual, bank.dt, bank.phi, bank.q, bias, latency,
+        np.empty((3, 4)), np.empty((3, 4, 4)), out[0], out[1], out[2], covariance,
+    )  # fmt: skip
+    for got, wanted in zip((*out, covariance, spread), expected, strict=True):
+        np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-8)
+
+    position, velocity, covariances = np.zeros((2, 3)), np.zeros((2, 3)), np.zeros((2, 9, 9))
+    spread = output_kernels.output_motion(
+        1, x, p, steps, residual, bank.phi, bank.q, bias, latency, position, velocity, covariances
+    )
+    for got, wanted in zip(
+        (position[1], velocity[1], covariances[1, :6, :6], spread),
+        (*expected[:2], expected[3][:6, :6], expected[4]),
+        strict=True,
+    ):
+        np.testing.assert_allclose(got, wanted, rtol=1e-8, atol=1e-8)
+    assert not position[0].any() and not velocity[0].any() and not covariances[0].any()
+    assert not covariances[:, 6:].any() and not covariances[:, :, 6:].any()
 
 
 def test_equals_filterpy() -> None:

@@ -16,7 +16,7 @@ from wideberth.errors import InputError
 from wideberth.evaluation.montecarlo import atomic_files
 from wideberth.evaluation.montecarlo.experiment import load_experiment
 from wideberth.evaluation.montecarlo.folder import RunFolder, open_folder, read_rows, shard_name
-from wideberth.evaluation.montecarlo.manifest import MANIFEST, Manifest, read_manifest
+from wideberth.evaluation.montecarlo.manifest import MANIFEST, Manifest, code_hash, read_manifest
 from wideberth.evaluation.montecarlo.plan import Block, Part
 from wideberth.evaluation.montecarlo.rows import FLOAT_COLUMNS, SCHEMA
 from wideberth.evaluation.montecarlo.timings import TimingsFile, read_timings
@@ -107,12 +107,40 @@ def test_a_shard_is_readable_without_us_and_says_what_it_is(full: RunFolder) -> 
         "digest": EXPERIMENT.digest(),
         "seed": 1,
         "avoidance": True,
-        "kernels": MADE.kernels,
+        "code": MADE.code,
         "version": MADE.version,
         "intruders": 2,
         "first": 8,
         "count": 2,
     }
+
+
+def test_the_code_of_a_run_is_all_that_rows_depend_on(tmp_path: Path) -> None:
+    package = tmp_path / "package"
+    for name in (
+        "config.py",
+        "evaluation/montecarlo/tiers.py",
+        "evaluation/montecarlo/fast_settings.py",
+        "evaluation/montecarlo/encounter_kernels.py",
+        "evaluation/montecarlo/report.py",
+        "evaluation/report_map.py",
+        "tracking/report_history.py",
+        "cli/main.py",
+    ):
+        path = package / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("a = 1\n")
+    before = code_hash(package)
+    assert before == code_hash(package) and len(before) == 16
+    for path in sorted(package.rglob("*.py")):
+        name = path.relative_to(package).as_posix()
+        path.write_text("a = 2\n")
+        shows_only = name.startswith("cli/") or (name.startswith("evaluation/") and "report" in name)
+        assert (code_hash(package) == before) == shows_only, name
+        path.write_text("a = 1\n")
+    (package / "config.py").rename(package / "configs.py")
+    assert code_hash(package) != before
+    assert MADE.code == code_hash() != before
 
 
 def test_the_manifest_reads_back(folder: RunFolder) -> None:
@@ -171,7 +199,7 @@ def test_shards_of_other_runs_are_refused(full: RunFolder, tmp_path: Path) -> No
         {"digest": "0" * 16},
         {"seed": 2},
         {"avoidance": False},
-        {"kernels": "1" * 16},
+        {"code": "1" * 16},
     )
     for change in changes:
         (key,) = change
@@ -220,7 +248,7 @@ def test_parquet_files_that_no_block_has_are_refused(full: RunFolder) -> None:
         ({"avoidance": False}, "avoidance true there, false here"),
         ({"encounters": 11}, "encounters 10 there, 11 here"),
         ({"intruders": (1,)}, r"intruders [1, 2] there, [1] here"),
-        ({"kernels": "f" * 16}, "made by other code"),
+        ({"code": "f" * 16}, "made by other code"),
         ({"version": "9.9"}, "made by other code"),
     ],
 )

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.graph_kernels import (
     CLIMB,
     CLIMB_MAX,
@@ -92,7 +92,7 @@ def advance_index(x: Floats, points: Floats, index: int, vehicle: Floats) -> int
     return index
 
 
-@jit
+@jit_uncounted
 def first_sense(values: Floats, path: Integers, count: int, band: float) -> int:
     """Return the sense (-1, 0, 1) in which a path first turns (or climbs), within the rings it is committed to."""
     for ring in range(min(COMMITTED_RINGS, count)):
@@ -168,7 +168,7 @@ class Memory(NamedTuple):
     met: Floats
 
 
-@jit
+@jit_uncounted
 def path_cost(
     states: Floats,
     goal: Floats,

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.kernels import (
     N_MET,
     N_PREDICTION,
@@ -43,7 +43,7 @@ NORTH, EAST, DOWN, COURSE, CLIMB, LABEL_COST = 0, 1, 2, 3, 4, 5
 N_LABEL = 6
 
 
-@jit
+@jit_uncounted
 def fly_edge(
     label: Floats,
     course_target: float,
@@ -113,7 +113,7 @@ def fly_edge(
     return float(cost)
 
 
-@jit
+@jit_uncounted
 def fly_ring_edge(
     label: Floats,
     place: Floats,
@@ -155,7 +155,7 @@ def fly_ring_edge(
     return float(cost)
 
 
-@jit
+@jit_uncounted
 def opposite(values: Floats, source: int, node: int, sense: int, band: float) -> bool:
     """Return whether going to `node` is where the path turns (or climbs) against a sense, for the first time."""
     if values[node] * sense >= -band:
@@ -163,7 +163,7 @@ def opposite(values: Floats, source: int, node: int, sense: int, band: float) ->
     return source < 0 or values[source] * sense >= -band
 
 
-@jit
+@jit_uncounted
 def sort_labels(labels: Floats, first: int, count: int, order: Integers) -> None:
     """Write the labels first ... first + count - 1 into `order`, the cheapest first (insertion sort)."""
     for i in range(count):

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -35,7 +35,7 @@ FIRST_HARD, FIRST_INNER, FIRST_OUTER, TIME_HARD, TIME_INNER, TIME_OUTER, COST, C
 N_MET = 8
 
 
-@jit
+@jit_uncounted
 def turn_rate(vn: float, ve: float, an: float, ae: float, sigma_a: float, risk: Floats) -> float:
     """Return the believed turn rate (rad/s, positive clockwise from above), zero unless significant."""
     v2 = vn * vn + ve * ve
@@ -48,7 +48,7 @@ def turn_rate(vn: float, ve: float, an: float, ae: float, sigma_a: float, risk: 
     return float(max(-risk[TURN_RATE_MAX], min(risk[TURN_RATE_MAX], omega)))
 
 
-@jit
+@jit_uncounted
 def predict_intruders(
     own: Floats,
     own_speed: float,
@@ -142,13 +142,13 @@ def predict_intruders(
     return count
 
 
-@jit
+@jit_uncounted
 def widened(size: float, sigma: float, growth: float, risk: Floats, t: float) -> float:
     """Return a dimension of a volume widened for uncertainty and unknown intentions."""
     return float(size + min(risk[SIGMAS] * sigma, risk[SIGMA_CAP] * size) + growth * min(t, risk[GROWTH_TIME]))
 
 
-@jit
+@jit_uncounted
 def risk_at(
     pn: float,
     pe: float,
@@ -252,7 +252,7 @@ def risk_at(
     return cost
 
 
-@jit
+@jit_uncounted
 def clear_met(met: Floats) -> None:
     """Reset what a path met."""
     met[FIRST_HARD] = met[FIRST_INNER] = met[FIRST_OUTER] = math.inf
@@ -260,7 +260,7 @@ def clear_met(met: Floats) -> None:
     met[CULPRIT] = -1.0
 
 
-@jit
+@jit_uncounted
 def evaluate_path(
     states: Floats,
     stride: int,
@@ -317,7 +317,7 @@ def first_losses(
         first[m] = met[FIRST_OUTER]
 
 
-@jit
+@jit_uncounted
 def terminal_cost(
     pn: float, pe: float, pd: float, goal: Floats, speed: float, climb_rate: float, weights: Floats
 ) -> float:
@@ -338,7 +338,7 @@ def terminal_cost(
     return float(weights[0] * distance / speed + weights[1] * abs(goal[2] - pd) / climb_rate)
 
 
-@jit
+@jit_uncounted
 def cost_beyond(
     pn: float,
     pe: float,
@@ -395,13 +395,13 @@ def cost_beyond(
     return cost
 
 
-@jit
+@jit_uncounted
 def wrap(angle: float) -> float:
     """Return the angle in [-pi, pi)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 
-@jit
+@jit_uncounted
 def point_along(waypoints: Floats, index: int, pn: float, pe: float, ahead: float, out: Floats) -> None:
     """Find the point of a path a given distance ahead of the foot of a position on the leg to waypoint `index`.
 

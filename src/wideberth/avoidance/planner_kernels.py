@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.decision_kernels import (
     ACTIVE,
     CLIMB_SENSE,
@@ -39,12 +39,14 @@ from wideberth.avoidance.kernels import (
     first_losses,
     predict_intruders,
 )
-from wideberth.conflict.detection_kernels import SIGMA_TRACK, detect, detection_time
+from wideberth.conflict.detection_kernels import closest_ahead, detection_time, track_sigmas
 from wideberth.vehicles.kernels import N_PARAMS, P_CLIMB_MAX, P_SINK_MAX, P_SPEED_MAX
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
+
+_KNOWN = np.zeros((6, 6))  # the ownship knows its own state
 
 
 @jit
@@ -67,7 +69,7 @@ def involve(
         first[owner[m]] = min(first[owner[m]], met[m])
 
 
-@jit
+@jit_uncounted
 def detected(
     own_position: Floats,
     own_velocity: Floats,
@@ -94,15 +96,15 @@ def detected(
         # Most are not inside the boundary: no need to judge them further.
         if math.isnan(detection_time(sn, se, sd, vn, ve, vd, rules[0], rules[1], rules[2], rules[4], rules[7])):
             continue
-        s, v, out, own = np.empty(3), np.empty(3), np.empty(7), np.zeros((6, 6))
-        s[0], s[1], s[2], v[0], v[1], v[2] = sn, se, sd, vn, ve, vd
-        detect(s, v, own, covariance[i], 0.0, rules, own[0], 1, SIGMA_TRACK, False, out)
-        if out[0] > 0.0:
+        t_cpa = closest_ahead(sn, se, vn, ve, rules[7] + rules[2])
+        sigma_d, sigma_h = track_sigmas(sn, se, vn, ve, _KNOWN, covariance[i], t_cpa, t_cpa)
+        d_cpa, h_cpa = math.hypot(sn + vn * t_cpa, se + ve * t_cpa), abs(sd + vd * t_cpa)
+        if d_cpa - rules[5] * sigma_d < rules[3] and h_cpa - rules[6] * sigma_h < rules[4]:
             return True
     return False
 
 
-@jit
+@jit_uncounted
 def select(
     own: Floats,
     position: Floats,

@@ -10,16 +10,15 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit_uncounted
 from wideberth.conflict.detection_kernels import (
-    SIGMA_TRACK,
     band_probability,
-    detect,
+    closest_ahead,
     detection_time,
     paper_sigma,
     relative_covariance,
+    track_sigmas,
 )
-from wideberth.conflict.kernels import horizontal_cpa
 
 N_SCORES = 4
 SCALE, PAPER, TRACK, PROBABILITY = 0, 1, 2, 3
@@ -33,7 +32,7 @@ N_ALARM = 14
 _FAR = 8.0  # sigmas beyond the volume at which it is not entered at all, and nothing is scored by them
 
 
-@jit
+@jit_uncounted
 def separation_ahead(
     sx: float, sy: float, sz: float, vx: float, vy: float, vz: float, p: np.ndarray
 ) -> tuple[float, float, float]:
@@ -44,13 +43,12 @@ def separation_ahead(
     first = detection_time(sx, sy, sz, vx, vy, vz, p[0], p[1], p[2], p[4], p[7])
     if math.isnan(first):
         return math.nan, math.nan, math.nan
-    t_cpa, _ = horizontal_cpa(sx, sy, vx, vy)
-    t_cpa = min(max(t_cpa, 0.0), p[7] + p[2])
+    t_cpa = closest_ahead(sx, sy, vx, vy, p[7] + p[2])
     mx, my = sx + vx * t_cpa, sy + vy * t_cpa
     return t_cpa, math.sqrt(mx * mx + my * my), abs(sz + vz * t_cpa)
 
 
-@jit
+@jit_uncounted
 def alarm_scores(
     i: int,
     sx: float,
@@ -61,7 +59,7 @@ def alarm_scores(
     vz: float,
     covariances: np.ndarray,
     p: np.ndarray,
-    buffers: np.ndarray,
+    scores: np.ndarray,
     own_covariance: np.ndarray,
 ) -> bool:
     """Write each detector's score for one intruder now; it raises an alarm where the score is below its threshold.
@@ -75,10 +73,9 @@ def alarm_scores(
     covariances : ndarray, shape (n, 9, 9)
     p : ndarray, shape (N_ALARM,) or longer
         The parameters, see the constants.
-    buffers : ndarray, shape (4, 8)
-        The first N_SCORES of its last row are written: the scale of the volume (algorithm 1; threshold 1), the number
-        of sigmas (algorithm 2, twice; threshold m1 = m2), the negative decimal logarithm of the probability, more by
-        what EARLY asks.
+    scores : ndarray, shape (N_SCORES,)
+        Written: the scale of the volume (algorithm 1; threshold 1), the number of sigmas (algorithm 2, twice; threshold
+        m1 = m2), the negative decimal logarithm of the probability, more by what EARLY asks.
     own_covariance : ndarray, shape (6, 6)
 
     Returns
@@ -90,11 +87,11 @@ def alarm_scores(
     if math.isnan(t_cpa):
         return False
     d_over, h_over = d_cpa - p[3], h_cpa - p[4]
-    buffers[3, SCALE] = max(d_cpa / p[3], h_cpa / p[4])
+    scores[SCALE] = max(d_cpa / p[3], h_cpa / p[4])
     paper_d = paper_sigma(p[NOISE], p[NOISE + 1], t_cpa, 1, False)
     paper_h = paper_sigma(p[NOISE + 2], p[NOISE + 3], t_cpa, 1, False)
-    buffers[3, PAPER] = max(d_over / paper_d, h_over / paper_h)
-    buffers[3, TRACK] = buffers[3, PROBABILITY] = math.inf
+    scores[PAPER] = max(d_over / paper_d, h_over / paper_h)
+    scores[TRACK] = scores[PROBABILITY] = math.inf
     # No direction of the miss has more than the sum of both axes: most intruders are left here.
     late = t_cpa * t_cpa
     most = covariances[i, 0, 0] + 2.0 * t_cpa * covariances[i, 0, 3] + late * covariances[i, 3, 3]
@@ -103,16 +100,13 @@ def alarm_scores(
     most += relative_covariance(own_covariance, own_covariance, 1, 1, t_cpa, 0.0)
     if d_over > 0.0 and d_over * d_over > _FAR * _FAR * most:
         return True
-    s, v, row = buffers[0, :3], buffers[1, :3], buffers[2, :7]
-    s[0], s[1], s[2], v[0], v[1], v[2] = sx, sy, sz, vx, vy, vz
-    detect(s, v, own_covariance, covariances[i], 0.0, p[:NOISE], p[NOISE:EARLY], 1, SIGMA_TRACK, False, row)
-    sigma_d, sigma_h = row[5], row[6]
-    buffers[3, TRACK] = max(d_over / sigma_d, h_over / sigma_h)
+    sigma_d, sigma_h = track_sigmas(sx, sy, vx, vy, own_covariance, covariances[i], t_cpa, t_cpa)
+    scores[TRACK] = max(d_over / sigma_d, h_over / sigma_h)
     if d_over < _FAR * sigma_d and h_over < _FAR * sigma_h:
         probability = band_probability(p[3], d_cpa, sigma_d) * band_probability(p[4], h_cpa, sigma_h)
         if probability > 0.0:
             early = p[EARLY] * min(t_cpa / p[EARLY_TIME], 1.0)
-            buffers[3, PROBABILITY] = early - math.log10(probability)
+            scores[PROBABILITY] = early - math.log10(probability)
     return True
 
 
@@ -120,4 +114,4 @@ def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     parameters, covariances = np.ones(N_ALARM), np.eye(9)[None].copy()
     separation_ahead(1.0, 1.0, 1.0, -1.0, 0.0, 0.0, parameters)
-    alarm_scores(0, 1.0, 1.0, 1.0, -1.0, 0.0, 0.0, covariances, parameters, np.zeros((4, 8)), np.zeros((6, 6)))
+    alarm_scores(0, 1.0, 1.0, 1.0, -1.0, 0.0, 0.0, covariances, parameters, np.zeros(N_SCORES), np.zeros((6, 6)))

@@ -7,14 +7,14 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.conflict.kernels import horizontal_cpa, well_clear_interval
 
 SIGMA_NONE, SIGMA_PAPER, SIGMA_TRACK = 0, 1, 2
 CLEAR, PREVENTIVE, CORRECTIVE, WARNING = 0, 2, 3, 4  # the values of types.AlertLevel
 
 
-@jit
+@jit_uncounted
 def condition_interval(
     sx: float,
     sy: float,
@@ -57,7 +57,7 @@ def condition_interval(
     return math.nan, math.nan
 
 
-@jit
+@jit_uncounted
 def detection_time(
     sx: float,
     sy: float,
@@ -78,7 +78,7 @@ def detection_time(
     return math.nan
 
 
-@jit
+@jit_uncounted
 def relative_covariance(
     own: np.ndarray, intruder: np.ndarray, i: int, j: int, t_own: float, t_intruder: float
 ) -> float:
@@ -91,7 +91,7 @@ def relative_covariance(
     return float(a + b)
 
 
-@jit
+@jit_uncounted
 def miss_direction(sx: float, sy: float, vx: float, vy: float, t: float) -> tuple[float, float]:
     """Return the unit vector along the horizontal miss at time `t`; normal to the velocity where the miss is zero."""
     mx, my = sx + vx * t, sy + vy * t
@@ -104,7 +104,7 @@ def miss_direction(sx: float, sy: float, vx: float, vy: float, t: float) -> tupl
     return 1.0, 0.0
 
 
-@jit
+@jit_uncounted
 def paper_sigma(sigma_position: float, sigma_rate: float, t: float, noisy: int, printed: bool) -> float:
     """Return the sigma of a separation predicted over `t` from constant errors of `noisy` (1 or 2) aircraft."""
     # ERRATA, ADS-B paper: printed with t, which has wrong dimensions; t^2 is right.
@@ -112,7 +112,7 @@ def paper_sigma(sigma_position: float, sigma_rate: float, t: float, noisy: int, 
     return math.sqrt(noisy * (sigma_position * sigma_position + growth * sigma_rate * sigma_rate))
 
 
-@jit
+@jit_uncounted
 def band_probability(limit: float, mean: float, sigma: float) -> float:
     """Return the probability that a normal value lies within +-`limit` (bounds included where sigma is 0)."""
     if sigma <= 0.0:
@@ -125,7 +125,50 @@ def band_probability(limit: float, mean: float, sigma: float) -> float:
     return 1.0 - 0.5 * (math.erfc((limit - mean) * scale) + math.erfc((limit + mean) * scale))
 
 
-@jit
+@jit_uncounted
+def closest_ahead(sx: float, sy: float, vx: float, vy: float, latest: float) -> float:
+    """Return the time of the horizontal closest point of approach, cut to [0, latest].
+
+    A closest point behind us, or beyond all that line 1 looks at, predicts nothing: the nearest one ahead is taken.
+    """
+    t_cpa, _ = horizontal_cpa(sx, sy, vx, vy)
+    return min(max(t_cpa, 0.0), latest)
+
+
+@jit_uncounted
+def track_sigmas(
+    sx: float,
+    sy: float,
+    vx: float,
+    vy: float,
+    own: np.ndarray,
+    intruder: np.ndarray,
+    t_cpa: float,
+    t: float,
+) -> tuple[float, float]:
+    """Return sigma of the horizontal miss and of the height at the closest point, from the covariances of both.
+
+    Parameters
+    ----------
+    sx, sy, vx, vy : float
+    own, intruder : ndarray
+        As for `relative_covariance`.
+    t_cpa, t : float
+        How far ahead the closest point is, and how far ahead of the time of the intruder's covariance.
+    """
+    ex, ey = miss_direction(sx, sy, vx, vy, t_cpa)
+    variance = (
+        ex * ex * relative_covariance(own, intruder, 0, 0, t_cpa, t)
+        + ex
+        * ey
+        * (relative_covariance(own, intruder, 0, 1, t_cpa, t) + relative_covariance(own, intruder, 1, 0, t_cpa, t))
+        + ey * ey * relative_covariance(own, intruder, 1, 1, t_cpa, t)
+    )
+    sigma_h = math.sqrt(max(relative_covariance(own, intruder, 2, 2, t_cpa, t), 0.0))
+    return math.sqrt(max(variance, 0.0)), sigma_h
+
+
+@jit_uncounted
 def detect(
     s: np.ndarray,
     v: np.ndarray,
@@ -146,10 +189,10 @@ def detect(
     sigma_h.
     """
     t_detected = detection_time(s[0], s[1], s[2], v[0], v[1], v[2], rules[0], rules[1], rules[2], rules[4], rules[7])
-    t_cpa, _ = horizontal_cpa(s[0], s[1], v[0], v[1])
-    if not printed:
-        # A closest point behind us, or beyond all that line 1 looks at, predicts nothing: take the nearest one ahead.
-        t_cpa = min(max(t_cpa, 0.0), rules[7] + rules[2])
+    if printed:
+        t_cpa, _ = horizontal_cpa(s[0], s[1], v[0], v[1])
+    else:
+        t_cpa = closest_ahead(s[0], s[1], v[0], v[1], rules[7] + rules[2])
     d_cpa = math.hypot(s[0] + v[0] * t_cpa, s[1] + v[1] * t_cpa)
     h_cpa = abs(s[2] + v[2] * t_cpa)
     sigma_d, sigma_h = 0.0, 0.0
@@ -157,20 +200,7 @@ def detect(
         sigma_d = paper_sigma(noise[0], noise[1], t_cpa, noisy, printed)
         sigma_h = paper_sigma(noise[2], noise[3], t_cpa, noisy, printed)
     elif source == SIGMA_TRACK:
-        ex, ey = miss_direction(s[0], s[1], v[0], v[1], t_cpa)
-        t = t_cpa + age
-        variance = (
-            ex * ex * relative_covariance(own_covariance, covariance, 0, 0, t_cpa, t)
-            + ex
-            * ey
-            * (
-                relative_covariance(own_covariance, covariance, 0, 1, t_cpa, t)
-                + relative_covariance(own_covariance, covariance, 1, 0, t_cpa, t)
-            )
-            + ey * ey * relative_covariance(own_covariance, covariance, 1, 1, t_cpa, t)
-        )
-        sigma_d = math.sqrt(max(variance, 0.0))
-        sigma_h = math.sqrt(max(relative_covariance(own_covariance, covariance, 2, 2, t_cpa, t), 0.0))
+        sigma_d, sigma_h = track_sigmas(s[0], s[1], v[0], v[1], own_covariance, covariance, t_cpa, t_cpa + age)
     near = d_cpa - rules[5] * sigma_d < rules[3] and h_cpa - rules[6] * sigma_h < rules[4]
     detected = near and not math.isnan(t_detected)
     out[0] = 1.0 if detected else 0.0

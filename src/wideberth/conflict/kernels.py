@@ -12,10 +12,10 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit_uncounted
 
 
-@jit
+@jit_uncounted
 def horizontal_cpa(sx: float, sy: float, vx: float, vy: float) -> tuple[float, float]:
     """Return time (s, signed; 0 without relative motion) and distance (m) of the horizontal closest point of approach.
 
@@ -28,7 +28,7 @@ def horizontal_cpa(sx: float, sy: float, vx: float, vy: float) -> tuple[float, f
     return -(sx * vx + sy * vy) / a, abs(sx * vy - sy * vx) / math.sqrt(a)
 
 
-@jit
+@jit_uncounted
 def horizontal_interval(
     sx: float, sy: float, vx: float, vy: float, dthr: float, tthr: float, miss_filter: bool
 ) -> tuple[float, float]:
@@ -69,7 +69,7 @@ def horizontal_interval(
     return t_in, t_out
 
 
-@jit
+@jit_uncounted
 def vertical_interval(sz: float, vz: float, zthr: float, tcoa: float) -> tuple[float, float]:
     """Return first and last time >= 0 within +-ZTHR or with time to co-altitude <= TCOA; NaN where there is none."""
     height, rate = abs(sz), abs(vz)
@@ -83,7 +83,7 @@ def vertical_interval(sz: float, vz: float, zthr: float, tcoa: float) -> tuple[f
     return t_in, ((zthr + height) / rate if approaching else (zthr - height) / rate)
 
 
-@jit
+@jit_uncounted
 def well_clear_interval(
     sx: float,
     sy: float,
@@ -110,7 +110,7 @@ def well_clear_interval(
     return math.nan, math.nan
 
 
-@jit
+@jit_uncounted
 def well_clear_violation(
     sx: float,
     sy: float,
@@ -144,7 +144,7 @@ def well_clear_violation(
     return not miss_filter and (c < 0.0 or (c == 0.0 and 2.0 * sv + tthr * a < 0.0))
 
 
-@jit
+@jit_uncounted
 def conflict_intervals(
     own_position: np.ndarray,
     own_velocity: np.ndarray,
@@ -179,7 +179,7 @@ def conflict_intervals(
         )
 
 
-@jit
+@jit_uncounted
 def violations(
     own_position: np.ndarray,
     own_velocity: np.ndarray,

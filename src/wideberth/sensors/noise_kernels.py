@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit_uncounted
 
 _MASK = np.uint64(0xFFFFFFFF)
 _HALF = np.uint64(32)
@@ -25,7 +25,7 @@ GEOMETRY, START, NORMALS, UNIFORMS = 0, 1, 2, 3
 CONSUMERS = 4
 
 
-@jit
+@jit_uncounted
 def philox(
     c0: np.uint64, c1: np.uint64, c2: np.uint64, c3: np.uint64, k0: np.uint64, k1: np.uint64
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
@@ -39,7 +39,7 @@ def philox(
     return c0, c1, c2, c3
 
 
-@jit
+@jit_uncounted
 def block_of(
     seed: int, intruders: int, encounter: int, consumer: int, block: int
 ) -> tuple[np.uint64, np.uint64, np.uint64, np.uint64]:
@@ -55,7 +55,7 @@ def block_of(
     )
 
 
-@jit
+@jit_uncounted
 def fill_uniforms(seed: int, intruders: int, encounter: int, consumer: int, first_block: int, out: np.ndarray) -> None:
     """Fill `out` (n,) with uniform numbers in (0, 1) of a stream, from a block on."""
     n = out.shape[0]
@@ -65,7 +65,7 @@ def fill_uniforms(seed: int, intruders: int, encounter: int, consumer: int, firs
             out[PER_BLOCK * block + j] = (float(words[j]) + 0.5) * _SCALE
 
 
-@jit
+@jit_uncounted
 def fill_normals(seed: int, intruders: int, encounter: int, consumer: int, first_block: int, out: np.ndarray) -> None:
     """Fill `out` (n,) with standard normal numbers of a stream, from a block on (Box and Muller)."""
     n = out.shape[0]
@@ -82,7 +82,7 @@ def fill_normals(seed: int, intruders: int, encounter: int, consumer: int, first
                 out[j + 1] = radius * math.sin(angle)
 
 
-@jit
+@jit_uncounted
 def aircraft_consumer(aircraft: int, purpose: int) -> int:
     """Return the number of an aircraft's stream; `purpose` is `START`, `NORMALS` or `UNIFORMS`."""
     return CONSUMERS * (aircraft + 1) + purpose

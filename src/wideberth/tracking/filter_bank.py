@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.tracking.config import AdsbKalmanConfig
-from wideberth.tracking.kernels import filter_reports, output_tracks, predicted_distance
+from wideberth.tracking.kernels import filter_reports, predicted_distance
 from wideberth.tracking.motion import axis_model, model_tables
+from wideberth.tracking.output_kernels import output_tracks
 from wideberth.types import FloatArray
 
 _TABLE_SECONDS = 4.0

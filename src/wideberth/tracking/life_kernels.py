@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit_uncounted
 from wideberth.tracking.kernels import ACCEPTED, REJECTED, filter_reports
 
 USED, NOT_NEW, NEEDS_MORE = 0, 1, 2
@@ -47,7 +47,7 @@ N_SETTINGS = 15
 TURN_ACCELERATION = 5.0  # m/s2 that positions of one aircraft may show and still agree
 
 
-@jit
+@jit_uncounted
 def start_axis(
     x: np.ndarray,
     p: np.ndarray,
@@ -65,7 +65,7 @@ def start_axis(
     p[2, 2], p[3, 3] = acceleration_sigma * acceleration_sigma, jerk_sigma * jerk_sigma
 
 
-@jit
+@jit_uncounted
 def velocity_between(
     dt: float,
     north: float,
@@ -85,7 +85,7 @@ def velocity_between(
     return vn, ve, math.sqrt(noise + (0.5 * TURN_ACCELERATION * dt) ** 2)
 
 
-@jit
+@jit_uncounted
 def start_horizontal(
     x: np.ndarray,
     p: np.ndarray,
@@ -105,7 +105,7 @@ def start_horizontal(
         start_axis(x[axis], p[axis], z[axis], speed, variance, sigma * sigma, acceleration_sigma, jerk_sigma)
 
 
-@jit
+@jit_uncounted
 def restart(
     x: np.ndarray,
     p: np.ndarray,
@@ -121,7 +121,7 @@ def restart(
     start_axis(x[2], p[2], z[2], z[5], r[2], r[5], settings[ACCELERATION_SIGMA], settings[JERK_SIGMA])
 
 
-@jit
+@jit_uncounted
 def take_report(
     t: float,
     z: np.ndarray,

@@ -9,7 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 
 FloatArray = NDArray[np.float64]
 
@@ -38,19 +38,19 @@ P_CAPTURE = 15  # m: farther abeam than this a waypoint is not passed but flown 
 N_PARAMS = 16
 
 
-@jit
+@jit_uncounted
 def wrap_angle(angle: float) -> float:
     """Return an angle in (-pi, pi]."""
     return angle - 2.0 * math.pi * math.ceil((angle - math.pi) / (2.0 * math.pi))
 
 
-@jit
+@jit_uncounted
 def clip(value: float, low: float, high: float) -> float:
     """Return `value` limited to [low, high]."""
     return min(max(value, low), high)
 
 
-@jit
+@jit_uncounted
 def ground_velocity(x: FloatArray, wind: FloatArray, out: FloatArray) -> None:
     """Write the velocity over ground (3), NED, of a state into `out`."""
     horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
@@ -59,7 +59,7 @@ def ground_velocity(x: FloatArray, wind: FloatArray, out: FloatArray) -> None:
     out[2] = wind[2] - x[CLIMB]
 
 
-@jit
+@jit_uncounted
 def course_over_ground(x: FloatArray, wind: FloatArray) -> float:
     """Return the course (rad); the heading where the aircraft stands still over ground."""
     if wind[0] == 0.0 and wind[1] == 0.0:
@@ -72,7 +72,7 @@ def course_over_ground(x: FloatArray, wind: FloatArray) -> float:
     return math.atan2(ve, vn)
 
 
-@jit
+@jit_uncounted
 def point_mass_step(x: FloatArray, u: FloatArray, wind: FloatArray, p: FloatArray, dt: float) -> None:
     """Advance the state by `dt` seconds, in place.
 
@@ -106,7 +106,7 @@ def point_mass_step(x: FloatArray, u: FloatArray, wind: FloatArray, p: FloatArra
     x[CLIMB] = climb
 
 
-@jit
+@jit_uncounted
 def leg_start(waypoints: FloatArray, index: int) -> int:
     """Return the last waypoint before `index` that is not at the same place (horizontally 1 m), or -1."""
     i = index - 1
@@ -118,7 +118,7 @@ def leg_start(waypoints: FloatArray, index: int) -> int:
     return -1
 
 
-@jit
+@jit_uncounted
 def leg_end(waypoints: FloatArray, index: int) -> int:
     """Return the next waypoint after `index` that is not at the same place (horizontally 1 m), or -1."""
     for i in range(index + 1, waypoints.shape[0]):
@@ -128,13 +128,13 @@ def leg_end(waypoints: FloatArray, index: int) -> int:
     return -1
 
 
-@jit
+@jit_uncounted
 def turn_radius(speed: float, bank: float) -> float:
     """Return the radius (m) of a coordinated turn: V^2 / (g tan(bank))."""
     return speed * speed / (GRAVITY * math.tan(bank))
 
 
-@jit
+@jit_uncounted
 def waypoint_passed(x: FloatArray, waypoints: FloatArray, index: int, p: FloatArray, wind: FloatArray) -> bool:
     """Return whether the aircraft has passed waypoint `index`: flown by it inside the turn to the next leg.
 
@@ -172,7 +172,7 @@ def waypoint_passed(x: FloatArray, waypoints: FloatArray, index: int, p: FloatAr
     return abs(dn * qe - de * qn) <= max(p[P_CAPTURE], 1.5 * radius) or math.hypot(dn, de) <= 1.5 * radius
 
 
-@jit
+@jit_uncounted
 def follow_path(
     x: FloatArray,
     waypoints: FloatArray,
@@ -228,7 +228,7 @@ def follow_path(
     return index
 
 
-@jit
+@jit_uncounted
 def speed_to_arrive(
     t: float, x: FloatArray, waypoint: FloatArray, time: float, slowest: float, fastest: float
 ) -> float:

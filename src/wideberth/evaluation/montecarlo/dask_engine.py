@@ -81,10 +81,10 @@ class DaskEngine:
         InputError
             If the scheduler goes away, or its workers cannot run this code.
         """
-        from wideberth._jit import source_hash
+        from wideberth.evaluation.montecarlo.manifest import code_hash
 
         run, numbers = uuid.uuid4().hex[:8], itertools.count()
-        code = (job.experiment.resolved(), job.experiment.digest(), source_hash())
+        code = (job.experiment.resolved(), job.experiment.digest(), code_hash())
         waiting = iter(blocks)
         running: dict[str, tuple[Block, Any]] = {}
         finished: queue.SimpleQueue[str] = queue.SimpleQueue()
@@ -189,15 +189,15 @@ def _run_block(
     return sink.getvalue().to_pybytes(), finished.cpu_s, finished.wall_s, str(_dask.get_worker().address)
 
 
-def _experiment(tables: dict[str, Any], digest: str, kernels: str) -> Experiment:
+def _experiment(tables: dict[str, Any], digest: str, code: str) -> Experiment:
     """Return the experiment that a task is of, with its kernels compiled."""
     with _ready_lock:
         if digest not in _ready:
-            from wideberth._jit import source_hash
             from wideberth.evaluation.montecarlo import tiers
+            from wideberth.evaluation.montecarlo.manifest import code_hash
 
             experiment = build_experiment(tables)
-            if source_hash() != kernels or experiment.digest() != digest:
+            if code_hash() != code or experiment.digest() != digest:
                 raise InputError(
                     f"the dask worker at {_dask.get_worker().address} has another wideberth: install the same there"
                 )

@@ -233,7 +233,7 @@ def _sum_up(request: Request, engine: Engine, job: Job, folder: RunFolder, watch
         "intruders": list(manifest.intruders),
         "digest": manifest.digest,
         "version": manifest.version,
-        "kernels": manifest.kernels,
+        "code": manifest.code,
         **(request.settings or {}),
     }
     cycles = _cycle_times(job, manifest, watch)

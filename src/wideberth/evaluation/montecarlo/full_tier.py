@@ -18,6 +18,7 @@ from wideberth.evaluation.montecarlo import geometry_kernels as gk
 from wideberth.evaluation.montecarlo import judge_kernels as jk
 from wideberth.evaluation.montecarlo.experiment import Experiment
 from wideberth.evaluation.montecarlo.fast_settings import geometry_array, mission_length, run_settings
+from wideberth.evaluation.montecarlo.relevance_kernels import all_passed, find_needed
 from wideberth.simulation.truth import Truth
 from wideberth.tracking.life_kernels import N_INTEGERS, STARTED
 from wideberth.types import FloatArray, Maneuver, Snapshot, Track
@@ -154,10 +155,10 @@ class _Run:
             self._see(i, by_id.get(name))
         own, velocity = ownship.position, ownship.velocity
         run, judge = self.run, self.judge
-        ek.find_needed(own, velocity, truth.positions, truth.velocities, run.reach, run.reach_time, self.needed)
+        find_needed(own, velocity, truth.positions, truth.velocities, run.reach, run.reach_time, self.needed)
         jk.judge_step(
             self.t, own, velocity, truth.positions, truth.velocities, self.needed, self.seen, *self.tracks,
-            run.scoring, judge.marks, judge.inside, judge.buffers,
+            run.scoring, judge.marks, judge.inside, judge.scores,
         )  # fmt: skip
         return snapshot, truth
 
@@ -170,7 +171,7 @@ class _Run:
         """Return whether all intruders move away."""
         ownship = self.world.vehicle.ownship(self.t)
         along = np.array([self.run.mission_speeds[1], 0.0, 0.0])
-        return bool(ek.all_passed(ownship.position, ownship.velocity, along, truth.positions, truth.velocities))
+        return bool(all_passed(ownship.position, ownship.velocity, along, truth.positions, truth.velocities))
 
 
 def fly_full(

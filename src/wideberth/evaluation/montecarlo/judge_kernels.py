@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.conflict.alarm_kernels import N_ALARM, N_SCORES, alarm_scores, separation_ahead
 from wideberth.evaluation.montecarlo.separation_kernels import N_CLOSEST, N_SIZES, score_step
 from wideberth.tracking.life_kernels import STARTED
@@ -36,12 +36,13 @@ class Judge(NamedTuple):
     marks : ndarray, shape (m, N_MARKS)
     inside : ndarray of int, shape (m,)
         Bits of the volumes that were entered.
-    buffers : ndarray, shape (4, 8)
+    scores : ndarray, shape (N_SCORES,)
+        Of the last intruder that was looked at.
     """
 
     marks: np.ndarray
     inside: np.ndarray
-    buffers: np.ndarray
+    scores: np.ndarray
 
 
 _OWN_COVARIANCE = np.zeros((6, 6))  # the ownship knows its own state (ADS-B paper, "Simulation results")
@@ -50,10 +51,10 @@ _OWN_COVARIANCE = np.zeros((6, 6))  # the ownship knows its own state (ADS-B pap
 @jit
 def new_judge(m: int) -> Judge:
     """Return the scores of a run with `m` intruders, to be begun."""
-    return Judge(np.zeros((m, N_MARKS)), np.zeros(m, np.int64), np.zeros((4, 8)))
+    return Judge(np.zeros((m, N_MARKS)), np.zeros(m, np.int64), np.zeros(N_SCORES))
 
 
-@jit
+@jit_uncounted
 def begin_judge(judge: Judge) -> None:
     """Begin with nothing seen."""
     judge.marks[:] = math.nan
@@ -69,8 +70,7 @@ def copy_judge(source: Judge, target: Judge) -> None:
     target.inside[:] = source.inside
 
 
-# Plain arrays and numbers here: what is done with them costs less than taking them out of tuples.
-@jit
+@jit_uncounted
 def judge_step(
     t: float,
     own: np.ndarray,
@@ -85,7 +85,7 @@ def judge_step(
     scoring: np.ndarray,
     marks: np.ndarray,
     inside: np.ndarray,
-    buffers: np.ndarray,
+    scores: np.ndarray,
 ) -> None:
     """Judge one step.
 
@@ -103,7 +103,7 @@ def judge_step(
         Whether there is a track, in the column `STARTED`.
     track_positions, track_velocities, covariances : ndarray, shape (m, 3), (m, 3), (m, 9, 9)
     scoring : ndarray, shape (N_SCORING,)
-    marks, inside, buffers
+    marks, inside, scores
         Those of `Judge`.
     """
     sizes, other = scoring[SIZES:], scoring[OTHER_RULES:THRESHOLDS]
@@ -138,11 +138,11 @@ def judge_step(
             track_velocities[i, 2] - own_velocity[2],
             covariances,
             scoring,
-            buffers,
+            scores,
             _OWN_COVARIANCE,
         ):
             for j in range(N_SCORES):
-                score = buffers[3, j]
+                score = scores[j]
                 marks[i, SCORES + j] = min(marks[i, SCORES + j], score)
                 if score < scoring[THRESHOLDS + j] and math.isnan(marks[i, FIRST + j]):
                     marks[i, FIRST + j] = t
@@ -155,5 +155,5 @@ def warmup() -> None:
     zero = np.zeros((1, 3))
     judge_step(
         0.0, zero[0], zero[0], zero + 1.0, zero, np.ones(1, np.bool_), np.zeros((1, 8), np.int64), zero, zero,
-        np.zeros((1, 9, 9)), np.ones(N_SCORING), judge.marks, judge.inside, judge.buffers,
+        np.zeros((1, 9, 9)), np.ones(N_SCORING), judge.marks, judge.inside, judge.scores,
     )  # fmt: skip

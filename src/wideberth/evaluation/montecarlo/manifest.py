@@ -1,5 +1,6 @@
 """The manifest of a Monte Carlo run: everything that its rows depend on."""
 
+import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
@@ -12,7 +13,24 @@ from wideberth.evaluation.montecarlo.experiment import Experiment
 from wideberth.evaluation.montecarlo.plan import Block, Plan
 
 MANIFEST = "montecarlo.json"
-_FORMAT = 1
+_FORMAT = 2
+_PACKAGE = Path(__file__).resolve().parents[2]
+
+
+def code_hash(package: Path = _PACKAGE) -> str:
+    """Return a short hash over all Python sources of the package that rows may depend on.
+
+    Those of the command line and of the reports apart, which only show them.
+    """
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        name = path.relative_to(package)
+        if name.parts[0] == "cli" or (name.parts[0] == "evaluation" and name.name.startswith("report")):
+            continue
+        content = path.read_bytes()
+        digest.update(f"{name.as_posix()} {len(content)} ".encode())
+        digest.update(content)
+    return digest.hexdigest()[:16]
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,8 +54,8 @@ class Manifest:
         See `Plan`; rows do not depend on it.
     version : str
         Of this package.
-    kernels : str
-        Hash of the sources of all kernels.
+    code : str
+        `code_hash`.
     """
 
     experiment: dict[str, Any]
@@ -48,7 +66,7 @@ class Manifest:
     intruders: tuple[int, ...]
     block_rows: int
     version: str
-    kernels: str
+    code: str
 
     @classmethod
     def of(
@@ -63,8 +81,6 @@ class Manifest:
         """Return the manifest of a run by the code as it is."""
         from importlib.metadata import version
 
-        from wideberth._jit import source_hash
-
         return cls(
             experiment=experiment.resolved(),
             digest=experiment.digest(),
@@ -74,7 +90,7 @@ class Manifest:
             intruders=intruders,
             block_rows=block_rows,
             version=version("wideberth"),
-            kernels=source_hash(),
+            code=code_hash(),
         )
 
     @property
@@ -88,7 +104,7 @@ class Manifest:
             "digest": self.digest,
             "seed": self.seed,
             "avoidance": self.avoidance,
-            "kernels": self.kernels,
+            "code": self.code,
             "version": self.version,
             "intruders": block.intruders,
             "first": block.first,
@@ -110,7 +126,7 @@ class Manifest:
         InputError
             With what is different.
         """
-        for key in ("version", "kernels"):
+        for key in ("version", "code"):
             there, here = getattr(self, key), getattr(wanted, key)
             if there != here:
                 raise InputError(

@@ -30,9 +30,12 @@ _FLOATS = (
     "t_1_s",
     "t_2_s",
     "t_3_s",
-    # The least threshold at which each would have detected the intruder at some time: it detects where the score is
-    # below its threshold (1 for algorithm 1: a scale of the volume; m for algorithm 2; for ours the negative log10 of
-    # the probability). inf: never.
+    # The least threshold at which each would have detected the intruder at some time in the twin: it detects where
+    # line 1 of the algorithms holds and the score is below its threshold. Algorithm 1: the scale of the volume that
+    # just holds the predicted miss (threshold 1). Algorithm 2: how many sigmas the miss lies beyond the volume (m).
+    # Ours: -log10 of the probability of entering the volume (-log10 of alarm_probability), plus the early discount
+    # log10(early_alarm_probability / alarm_probability) * min(t / early_alarm_s, 1), the closest point being t ahead.
+    # inf: never.
     "score_0",
     "score_1",
     "score_2",
@@ -40,7 +43,8 @@ _FLOATS = (
     # The run with avoidance: algorithm 1 on true states, and ours on the track.
     "t_true_in_run_s",
     "t_detected_in_run_s",
-    # Closest approach (the least of max(horizontal / volume radius, vertical / volume half-height)) in both runs.
+    # Closest approach in both runs: the separations where max(horizontal / violation_radius_m, vertical /
+    # violation_half_height_m) is least; among equals, where the smaller of both ratios is.
     "horizontal_alone_m",
     "vertical_alone_m",
     "horizontal_m",

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.sensors.adsb.kernels import (
     ALTITUDE_SIGMA,
     NORMALS,
@@ -20,7 +20,6 @@ from wideberth.sensors.adsb.kernels import (
     draw_broadcast,
     draw_start,
 )
-from wideberth.tracking.kernels import output_motion, output_track
 from wideberth.tracking.life_kernels import (
     ACCEPTED_COUNT,
     CONFIRM,
@@ -31,6 +30,7 @@ from wideberth.tracking.life_kernels import (
     T_POSITION,
     take_report,
 )
+from wideberth.tracking.output_kernels import output_motion, output_track
 
 # Settings of sensor and tracker, SI.
 INTERVAL, JITTER, STATIONARY, DT, LATENCY, BOUND, COAST_AFTER, LOST_AFTER = 0, 1, 2, 3, 4, 5, 6, 7
@@ -156,7 +156,7 @@ def copy_sensing(source: SensingState, target: SensingState) -> None:
     target.covariance[:] = source.covariance
 
 
-@jit
+@jit_uncounted
 def schedule(
     seed: int,
     intruders: int,
@@ -175,7 +175,7 @@ def schedule(
     due[i] = base[i] + sent[i] * numbers[INTERVAL] + jitter
 
 
-@jit
+@jit_uncounted
 def begin_sensing(
     seed: int,
     intruders: int,
@@ -210,7 +210,7 @@ def begin_sensing(
         )  # fmt: skip
 
 
-@jit
+@jit_uncounted
 def note_heard(i: int, t: float, state: SensingState) -> None:
     """Put an aircraft into the order in which they were first heard."""
     state.heard[i] = t
@@ -222,7 +222,7 @@ def note_heard(i: int, t: float, state: SensingState) -> None:
     state.counts[0] += 1
 
 
-@jit
+@jit_uncounted
 def track_output(t: float, i: int, settings: SensingSettings, state: SensingState, buffers: Buffers) -> float:
     """Write a track's output at time `t`; return the filter's own horizontal standard deviation, m."""
     dt = settings.numbers[DT]
@@ -234,14 +234,14 @@ def track_output(t: float, i: int, settings: SensingSettings, state: SensingStat
     )  # fmt: skip
 
 
-@jit
+@jit_uncounted
 def is_lost(t: float, spread: float, accepted: int, t_position: float, numbers: np.ndarray, track: np.ndarray) -> bool:
     """Return whether the tracker gives a track up at time `t`."""
     longest = numbers[LOST_AFTER] if accepted >= track[CONFIRM] else numbers[TENTATIVE_LOST_AFTER]
     return not (spread <= numbers[BOUND] and t - t_position <= longest)
 
 
-@jit
+@jit_uncounted
 def hear(
     seed: int,
     intruders: int,
@@ -280,7 +280,8 @@ def hear(
         schedule(seed, intruders, encounter, i, numbers, base, sent, normals, uniforms, due)
         if flags & RECEIVED == 0:
             continue
-        r[:] = variances
+        for k in range(6):
+            r[0, k] = variances[0, k]
         rate = abs(z[0, 5])
         if rate > numbers[CLIMB_REGIME]:
             r[0, 5] = (numbers[CLIMB_FRACTION_SIGMA] * rate) ** 2 + numbers[CLIMB_RESOLUTION_VARIANCE]
@@ -301,7 +302,7 @@ def hear(
     return True
 
 
-@jit
+@jit_uncounted
 def hear_all(
     seed: int,
     intruders: int,
@@ -339,7 +340,7 @@ def hear_all(
     return True
 
 
-@jit
+@jit_uncounted
 def any_due(t: float, due: np.ndarray, needed: np.ndarray) -> bool:
     """Return whether any aircraft that is needed broadcasts up to time `t`."""
     found = False
@@ -348,46 +349,29 @@ def any_due(t: float, due: np.ndarray, needed: np.ndarray) -> bool:
     return found
 
 
-# Plain arrays here and not the tuples: taking an array out of a tuple costs more than what is done with it.
-@jit
-def move_tracks(
-    t: float,
-    x: np.ndarray,
-    p: np.ndarray,
-    last: np.ndarray,
-    floats: np.ndarray,
-    integers: np.ndarray,
-    numbers: np.ndarray,
-    phi: np.ndarray,
-    q: np.ndarray,
-    bias: np.ndarray,
-    track: np.ndarray,
-    position: np.ndarray,
-    velocity: np.ndarray,
-    covariance: np.ndarray,
-    needed: np.ndarray,
-) -> bool:
-    """Write position, velocity and their covariance of the tracks needed at time `t`; False where one is lost.
-
-    The arrays are those of `SensingState` and `SensingSettings`.
-    """
-    dt = numbers[DT]
+@jit_uncounted
+def move_tracks(t: float, needed: np.ndarray, settings: SensingSettings, state: SensingState, buffers: Buffers) -> bool:
+    """Write position, velocity and their covariance of the tracks needed at time `t`; False where one is lost."""
+    dt = settings.numbers[DT]
     now = math.floor(t / dt + 0.5)
     residual = t - now * dt
-    for i in range(last.shape[0]):
-        if not needed[i] or integers[i, STARTED] == 0:
+    for i in range(needed.shape[0]):
+        if not needed[i] or state.integers[i, STARTED] == 0:
             continue
-        steps = now - last[i]
-        if 1 <= steps <= phi.shape[1]:
+        steps = now - state.last[i]
+        if 1 <= steps <= settings.phi.shape[1]:
             spread = output_motion(
-                i, x, p, steps, residual, phi, q, bias, numbers[LATENCY], position, velocity, covariance
-            )
+                i, state.x, state.p, steps, residual, settings.phi, settings.q, settings.bias,
+                settings.numbers[LATENCY], state.position, state.velocity, state.covariance,
+            )  # fmt: skip
         else:
             spread = output_track(
-                x[i], p[i], last[i], now, residual, dt, phi, q, bias, numbers[LATENCY], np.empty((3, 4)),
-                np.empty((3, 4, 4)), position[i], velocity[i], np.empty(3), covariance[i],
+                state.x[i], state.p[i], state.last[i], now, residual, dt, settings.phi, settings.q, settings.bias,
+                settings.numbers[LATENCY], buffers.state, buffers.cov,
+                state.position[i], state.velocity[i], state.acceleration[i], state.covariance[i],
             )  # fmt: skip
-        if is_lost(t, spread, integers[i, ACCEPTED_COUNT], floats[i, T_POSITION], numbers, track):
+        accepted, t_position = state.integers[i, ACCEPTED_COUNT], state.floats[i, T_POSITION]
+        if is_lost(t, spread, accepted, t_position, settings.numbers, settings.track):
             return False
     return True
 

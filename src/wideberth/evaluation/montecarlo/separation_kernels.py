@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit_uncounted
 from wideberth.conflict.kernels import well_clear_violation
 
 FOOT = 0.3048
@@ -24,7 +24,7 @@ N_CLOSEST = 4
 _SAME = 1e-9  # ratios as close as this are equal: of level flight past each other the nearest instant counts
 
 
-@jit
+@jit_uncounted
 def segment_inside(
     ax: float, ay: float, az: float, dx: float, dy: float, dz: float, radius: float, half_height: float
 ) -> bool:
@@ -50,7 +50,7 @@ def segment_inside(
     return max(low, (-half_b - root) / q) < min(high, (-half_b + root) / q)
 
 
-@jit
+@jit_uncounted
 def approach(i: int, x: float, y: float, z: float, sizes: np.ndarray, closest: np.ndarray) -> None:
     """Take a relative position into the closest approach of intruder `i`."""
     horizontal, vertical = math.sqrt(x * x + y * y), abs(z)
@@ -61,7 +61,7 @@ def approach(i: int, x: float, y: float, z: float, sizes: np.ndarray, closest: n
         closest[i, HORIZONTAL], closest[i, VERTICAL] = horizontal, vertical
 
 
-@jit
+@jit_uncounted
 def score_step(
     i: int,
     ax: float,

@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from wideberth._jit import jit
+from wideberth._jit import jit, jit_uncounted
 from wideberth.sensors.noise_kernels import (
     NORMALS as NORMALS_STREAM,
 )
@@ -63,14 +63,14 @@ _NORMAL_BLOCKS = (NORMALS + PER_BLOCK - 1) // PER_BLOCK
 _UNIFORM_BLOCKS = (UNIFORMS + 1 + PER_BLOCK - 1) // PER_BLOCK
 
 
-@jit
+@jit_uncounted
 def draw_start(seed: int, intruders: int, encounter: int, aircraft: int, out: np.ndarray) -> None:
     """Write what an aircraft of an encounter uses at the start (START_NUMBERS,)."""
     fill_uniforms(seed, intruders, encounter, aircraft_consumer(aircraft, START), 0, out[:1])
     fill_normals(seed, intruders, encounter, aircraft_consumer(aircraft, START), 1, out[1:])
 
 
-@jit
+@jit_uncounted
 def draw_broadcast(
     seed: int, intruders: int, encounter: int, aircraft: int, broadcast: int, normals: np.ndarray, uniforms: np.ndarray
 ) -> None:
@@ -84,14 +84,14 @@ def draw_broadcast(
     fill_uniforms(seed, intruders, encounter, consumer, broadcast * _UNIFORM_BLOCKS, uniforms)
 
 
-@jit
+@jit_uncounted
 def quantise(value: float, step: float) -> float:
     """Return the multiple of `step` nearest to the value; the value itself for step 0."""
     result: float = value if step <= 0.0 else math.floor(value / step + 0.5) * step
     return result
 
 
-@jit
+@jit_uncounted
 def gauss_markov(value: float, dt: float, correlation_time: float, sigma: float, normal: float) -> float:
     """Return a first-order Gauss-Markov process a time `dt` later: exact at any dt (ADS-B paper, sigma_u).
 
@@ -110,14 +110,14 @@ def gauss_markov(value: float, dt: float, correlation_time: float, sigma: float,
     return result
 
 
-@jit
+@jit_uncounted
 def climb_rate_error_sigma(climb_rate: float, level_sigma: float, regime: float, fraction: float) -> float:
     """Return the standard deviation of the climb rate's error: constant in the regime, beyond it a fraction, m/s."""
     result: float = level_sigma if abs(climb_rate) <= regime else fraction * abs(climb_rate)
     return result
 
 
-@jit
+@jit_uncounted
 def report_state(
     position: np.ndarray,
     velocity: np.ndarray,
@@ -163,7 +163,7 @@ def report_state(
     z[5] = quantise(velocity[2] + sigma * normals[5], params[CLIMB_STEP])
 
 
-@jit
+@jit_uncounted
 def truth_at(
     t: float,
     t0: float,
@@ -206,7 +206,7 @@ def truth_at(
             velocity[i] = v0[i] + s * (2.0 * c2 + s * 3.0 * c3) / h
 
 
-@jit
+@jit_uncounted
 def broadcast_report(
     i: int,
     t: float,

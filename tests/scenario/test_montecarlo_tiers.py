@@ -14,15 +14,28 @@ from wideberth.evaluation.montecarlo.rows import FLOAT_COLUMNS
 
 ROOT = Path(__file__).resolve().parents[2]
 COLLISION = ROOT / "experiments" / "adsb_collision.toml"
+SELF_SEPARATION = ROOT / "experiments" / "adsb_self_separation.toml"
 SEED = 20261125
 compiled = pytest.mark.skipif(bool(vars(numba.config)["DISABLE_JIT"]), reason="takes hours without the compiler")
 
 
 @compiled
 def test_200_encounters_are_the_same_in_both_tiers():
-    experiment = load_experiment(COLLISION)
-    flown = 0
-    for intruders, count in ((1, 60), (3, 70), (5, 70)):
+    maneuvered = _same_in_both_tiers(COLLISION, ((1, 60), (3, 70), (5, 70)))
+    assert maneuvered >= 20  # decisions were taken, and not only waiting
+
+
+@compiled
+def test_20_long_range_encounters_are_the_same_in_both_tiers():
+    maneuvered = _same_in_both_tiers(SELF_SEPARATION, ((1, 7), (3, 7), (5, 6)))
+    assert maneuvered >= 3
+
+
+def _same_in_both_tiers(path: Path, sets: tuple[tuple[int, int], ...]) -> int:
+    """Fly encounters (intruders, how many) in both tiers, compare them, and return in how many there was a maneuver."""
+    experiment = load_experiment(path)
+    maneuvered = 0
+    for intruders, count in sets:
         floats, integers, status = tiers.fly_block(experiment, SEED, intruders, 0, count, True)
         assert (status == ek.DONE).all()
         for encounter in range(count):
@@ -32,8 +45,8 @@ def test_200_encounters_are_the_same_in_both_tiers():
                 floats[encounter], full.floats, rtol=0.0, atol=1e-6, err_msg=f"{intruders}-{encounter}"
             )
             np.testing.assert_array_equal(integers[encounter], full.integers, err_msg=f"{intruders}-{encounter}")
-            flown += integers[encounter, 0, ek.MANEUVERS] > 0
-    assert flown >= 20  # decisions were taken, and not only waiting
+            maneuvered += integers[encounter, 0, ek.MANEUVERS] > 0
+    return maneuvered
 
 
 @compiled

@@ -137,8 +137,22 @@ def flyable_38() -> LocalLevelMap:
 
 
 def flyable_150() -> LocalLevelMap:
-    """Return the 150 nodes of `self_separation_150` with places that can be flown to: smooth at long range."""
-    return LocalLevelMap(FLYABLE, self_separation_150().rings)
+    """Return 150 nodes in rings of as many as `self_separation_150`, with places that can be flown to.
+
+    Smooth at long range: rings are short at first and longer later. In 120 s a climb of 5 m/s clears the well-clear
+    volume's height more than twice over, and an intruder passes that is a modified tau of 35 s away when it matters.
+    """
+    three, five = (0.0, 120.0, -120.0), (0.0, 120.0, -120.0, 240.0, -240.0)
+    few = (0.0, 30.0, -30.0, 60.0, -60.0)
+    wide = (0.0, 20.0, -20.0, 40.0, -40.0, 60.0, -60.0, 90.0, -90.0)
+    rings = (
+        Ring(10.0, _grid((0.0, 40.0, -40.0), three)),
+        Ring(15.0, _grid(few, three)),
+        Ring(25.0, _grid((*few, 90.0, -90.0), five)),
+        Ring(30.0, _grid(wide, five)),
+        Ring(40.0, _grid(wide, five)),
+    )
+    return LocalLevelMap(FLYABLE, rings)
 
 
 MAPS: dict[str, Callable[[], LocalLevelMap]] = {

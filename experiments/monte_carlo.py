@@ -46,7 +46,7 @@ class Run:
 
 
 # The alarm of the collision set is set for each altitude error, as whoever knows a sensor's errors would.
-BIAS = ("errors.altitude=bias", "scoring.alarm_probability=0.01")
+BIAS = ("errors.altitude=bias", "scoring.alarm_probability=0.006", "scoring.early_alarm_probability=0.18")
 PRINTED_COLLISION = (
     *("avoidance.map=collision_38", "avoidance.trigger_sigmas=1.0", "avoidance.beyond_s=0.0"),
     *("avoidance.trigger_lookahead_s=15.0", "avoidance.climb_share=1.0"),

@@ -1,0 +1,1 @@
+"""Radar: how far it sees, from the link budget to a confirmed track."""

@@ -1,0 +1,133 @@
+"""Settings of a radar; the defaults are the 10 GHz FMCW radar of the thesis (table 5.1)."""
+
+import math
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from wideberth.part_config import PartConfig
+
+SPEED_OF_LIGHT = 299_792_458.0
+
+Azimuth = Annotated[float, Field(ge=-360.0, le=360.0)]
+
+
+class RadarConfig(PartConfig):
+    """An FMCW radar with one transmitter and several receiving channels, and what confirms a track.
+
+    Attributes
+    ----------
+    carrier_frequency_ghz, bandwidth_mhz, sweep_time_ms : float
+        Center frequency, frequency swept, and duration of a sweep. A sweep's range bin has the noise bandwidth
+        1/sweep time and the length c/(2 bandwidth).
+    if_bandwidth_mhz : float
+        Highest beat frequency that is sampled: sets the instrumented range. 1 MHz makes it 614 m (errata, "Radar").
+    transmit_power_w, transmit_gain_dbi, receive_gain_dbi, noise_figure_db : float
+        The gains are those of one element on boresight.
+    losses_db : float
+        All other losses: atmosphere, radome, window, bins straddled.
+    channels, averages : int
+        Receiving channels, and sweeps that are averaged (thesis 5.4).
+    averaging : {"noncoherent", "coherent"}
+        How sweeps are averaged; the radar of the thesis averages powers.
+    detect_on : {"channels", "beam"}
+        What the threshold is put to: the mean power of the channels, as in the thesis (4.3), or the formed beam.
+    migration_corrected : bool
+        Whether the averaging follows a target through the range bins. If not, as in the thesis, a target that crosses
+        several bins within the averaged sweeps leaves only a share of its power in each.
+    update_interval_s : float
+        Time from one scan to the next.
+    range_min_m : float
+        Nearer targets are not seen.
+    range_max_m : float or None
+        Farther ones neither; None: as far as the instrumented range.
+    azimuth_fov_deg, elevation_fov_deg : float
+        Whole widths of the field of view.
+    azimuth_beamwidth_deg, elevation_beamwidth_deg : float or None
+        Half-power widths of an element; None: the same gain in all of the field of view.
+    boresight_azimuths_deg : tuple of float
+        One for each of several such radars, clockwise from the nose (or from north, on the ground).
+    boresight_elevation_deg : float
+        Above the horizon.
+    false_alarm_probability : float
+        In each range bin and scan (thesis 4.1 has 0.01; 5.4 goes from 0.03 near to 0.15 far).
+    snr_threshold_db : float or None
+        Given, a target is detected where its signal-to-noise ratio after processing reaches this, and never else; the
+        false alarm probability and `swerling` are not used then.
+    swerling : {0, 1, 3}
+        Fluctuation of the target's cross-section from scan to scan: none, many equal scatterers, one large scatterer.
+    confirm_hits, confirm_window : int
+        A track is started by this many detections in this many scans: by default the inlier ratio 0.6 of the thesis
+        (table 4.5) within a second.
+    confirm_time_s : float
+        How long a track must have lived to count (table 4.5: 40 scans of 0.1 s).
+    confirmation_probability : float
+        With which a track is to be confirmed at the range that is given out.
+    """
+
+    carrier_frequency_ghz: float = Field(default=10.25, gt=0.0)
+    bandwidth_mhz: float = Field(default=500.0, gt=0.0)
+    sweep_time_ms: float = Field(default=2.048, gt=0.0)
+    if_bandwidth_mhz: float = Field(default=1.0, gt=0.0)
+    transmit_power_w: float = Field(default=0.25, gt=0.0)
+    transmit_gain_dbi: float = Field(default=12.0, ge=-50.0, le=100.0)
+    receive_gain_dbi: float = Field(default=12.0, ge=-50.0, le=100.0)
+    noise_figure_db: float = Field(default=6.0, ge=0.0, le=100.0)
+    losses_db: float = Field(default=0.0, ge=0.0, le=200.0)
+    channels: int = Field(default=4, ge=1, le=256)
+    averages: int = Field(default=32, ge=1, le=4096)
+    averaging: Literal["noncoherent", "coherent"] = "noncoherent"
+    detect_on: Literal["channels", "beam"] = "channels"
+    migration_corrected: bool = False
+    update_interval_s: float = Field(default=0.1, gt=0.0, le=3600.0)
+    range_min_m: float = Field(default=1.0, gt=0.0)
+    range_max_m: float | None = Field(default=None, gt=0.0)
+    azimuth_fov_deg: float = Field(default=120.0, gt=0.0, le=360.0)
+    elevation_fov_deg: float = Field(default=30.0, gt=0.0, le=180.0)
+    azimuth_beamwidth_deg: float | None = Field(default=80.0, gt=0.0, le=360.0)
+    elevation_beamwidth_deg: float | None = Field(default=18.0, gt=0.0, le=360.0)
+    boresight_azimuths_deg: tuple[Azimuth, ...] = Field(default=(0.0,), min_length=1, max_length=64)
+    boresight_elevation_deg: float = Field(default=0.0, ge=-90.0, le=90.0)
+    false_alarm_probability: float = Field(default=0.01, ge=1e-15, le=0.5)
+    snr_threshold_db: float | None = Field(default=None, ge=-100.0, le=200.0)
+    swerling: Literal[0, 1, 3] = 1
+    confirm_hits: int = Field(default=6, ge=1, le=12)
+    confirm_window: int = Field(default=10, ge=1, le=12)
+    confirm_time_s: float = Field(default=4.0, ge=0.0, le=3600.0)
+    confirmation_probability: float = Field(default=0.9, gt=0.0, lt=1.0)
+
+    @model_validator(mode="after")
+    def _consistent(self) -> Self:
+        if self.confirm_hits > self.confirm_window:
+            raise ValueError(f"confirm_hits {self.confirm_hits} is more than confirm_window {self.confirm_window}")
+        sweeps = self.averages * self.sweep_time_ms * 1e-3
+        if self.update_interval_s < sweeps * (1 - 1e-9):
+            raise ValueError(
+                f"update_interval_s {self.update_interval_s:g} is shorter than the averaged sweeps take, {sweeps:.6g} s"
+                ": give fewer averages or a longer interval"
+            )
+        if self.range_min_m >= self.range_limit:
+            raise ValueError(
+                f"range_min_m {self.range_min_m:g} is not below the greatest range, {self.range_limit:g} m"
+            )
+        return self
+
+    @property
+    def wavelength(self) -> float:
+        """Wavelength, m."""
+        return SPEED_OF_LIGHT / (self.carrier_frequency_ghz * 1e9)
+
+    @property
+    def range_bin(self) -> float:
+        """Length of a range bin, m."""
+        return SPEED_OF_LIGHT / (2.0 * self.bandwidth_mhz * 1e6)
+
+    @property
+    def instrumented_range(self) -> float:
+        """Range of the highest beat frequency, m."""
+        return self.range_bin * self.if_bandwidth_mhz * 1e6 * self.sweep_time_ms * 1e-3
+
+    @property
+    def range_limit(self) -> float:
+        """Range beyond which nothing is looked for, m."""
+        return min(self.instrumented_range, math.inf if self.range_max_m is None else self.range_max_m)

@@ -1,0 +1,227 @@
+"""How far a radar holds confirmed tracks, by direction and by how fast the target closes."""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wideberth.sensors.argument_checks import FloatArray, finite, positive, probability
+from wideberth.sensors.confirmation import confirmation_range
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.detection import detection_probability, required_snr_db
+from wideberth.sensors.radar.link_budget import (
+    averaging_gain_db,
+    beamforming_gain_db,
+    max_range,
+    migration_loss_db,
+    snr_db,
+)
+
+
+def looks_and_gain_db(config: RadarConfig) -> tuple[int, float]:
+    """Return of how many powers the threshold is put to the mean, and the gain of each over one channel and sweep.
+
+    Parameters
+    ----------
+    config : RadarConfig
+
+    Returns
+    -------
+    looks : int
+    gain_db : float
+    """
+    looks, gain = 1, 0.0
+    if config.averaging == "coherent":
+        gain += float(averaging_gain_db(config.averages, "coherent"))
+    else:
+        looks *= config.averages
+    if config.detect_on == "beam":
+        gain += float(beamforming_gain_db(config.channels))
+    else:
+        looks *= config.channels
+    return looks, gain
+
+
+def scan_detection_probability(
+    range_m: ArrayLike,
+    rcs_m2: ArrayLike,
+    closing_speed: ArrayLike,
+    config: RadarConfig,
+    *,
+    azimuth: ArrayLike = 0.0,
+    elevation: ArrayLike = 0.0,
+) -> FloatArray:
+    """Return the probability that one scan detects a target in its range bin.
+
+    Field of view and instrumented range are not asked.
+
+    Parameters
+    ----------
+    range_m, rcs_m2 : array_like
+        Distance, m, and mean cross-section, m2. The arrays broadcast.
+    closing_speed : array_like
+        m/s; see `link_budget.migration_loss_db`.
+    config : RadarConfig
+    azimuth, elevation : array_like
+        From boresight, rad.
+
+    Returns
+    -------
+    ndarray
+        With `snr_threshold_db` 0 or 1: the ratio after averaging (by the rule) and beamforming reaches it or does not.
+
+    Raises
+    ------
+    ValueError
+        If a range or cross-section is not finite and positive, or another value not finite.
+    """
+    received = snr_db(range_m, rcs_m2, config, azimuth=azimuth, elevation=elevation)
+    received = received - migration_loss_db(closing_speed, config)
+    if config.snr_threshold_db is not None:
+        return np.where(received + _rule_gain_db(config) >= config.snr_threshold_db, 1.0, 0.0)
+    looks, gain = looks_and_gain_db(config)
+    return detection_probability(received + gain, config.false_alarm_probability, config.swerling, looks=looks)
+
+
+def _rule_gain_db(config: RadarConfig) -> float:
+    channels = beamforming_gain_db(config.channels)
+    if config.detect_on == "channels":
+        channels = averaging_gain_db(config.channels)
+    return float(channels + averaging_gain_db(config.averages, config.averaging))
+
+
+def detection_range(
+    rcs_m2: ArrayLike,
+    p_d: ArrayLike,
+    config: RadarConfig,
+    *,
+    closing_speed: ArrayLike = 0.0,
+    azimuth: ArrayLike = 0.0,
+    elevation: ArrayLike = 0.0,
+) -> FloatArray:
+    """Return the range at which one scan detects a target with a probability, within the limit of the radar's range.
+
+    Parameters
+    ----------
+    rcs_m2 : array_like
+        Mean cross-section, m2. The arrays broadcast.
+    p_d : array_like
+        The probability; not used with `snr_threshold_db`.
+    config : RadarConfig
+    closing_speed : array_like
+        m/s.
+    azimuth, elevation : array_like
+        From boresight, rad; the field of view is not asked.
+
+    Returns
+    -------
+    ndarray
+        m.
+
+    Raises
+    ------
+    ValueError
+        If a cross-section is not finite and positive, a probability not between that of a false alarm and 1, or another
+        value not finite.
+    """
+    wanted = probability("p_d", p_d)
+    if config.snr_threshold_db is not None:
+        needed = np.full(wanted.shape, config.snr_threshold_db - _rule_gain_db(config))
+    else:
+        looks, gain = looks_and_gain_db(config)
+        needed = required_snr_db(wanted, config.false_alarm_probability, config.swerling, looks=looks) - gain
+    needed = needed + migration_loss_db(closing_speed, config)
+    return np.minimum(max_range(rcs_m2, needed, config, azimuth=azimuth, elevation=elevation), config.range_limit)
+
+
+def confirmed_range(
+    rcs_m2: ArrayLike,
+    closing_speed: ArrayLike,
+    config: RadarConfig,
+    *,
+    azimuth: ArrayLike = 0.0,
+    elevation: ArrayLike = 0.0,
+) -> FloatArray:
+    """Return how far a closing target is when it has a confirmed track, with `config.confirmation_probability`.
+
+    Detections that noise alone would have given do not count towards the track. The cross-section is drawn anew for
+    each scan. The target keeps its direction, as it does on a collision course.
+
+    Parameters
+    ----------
+    rcs_m2 : array_like
+        Mean cross-section, m2. The arrays broadcast.
+    closing_speed : array_like
+        m/s.
+    config : RadarConfig
+    azimuth, elevation : array_like
+        Direction of the target, clockwise from the nose and up from the horizon, rad. The best of the boresights
+        counts.
+
+    Returns
+    -------
+    ndarray
+        m; 0 outside the field of view, and where the track comes too late.
+
+    Raises
+    ------
+    ValueError
+        If a cross-section or speed is not finite and positive, or an angle not finite.
+    """
+    rcs, speed = positive("rcs_m2", rcs_m2), positive("closing_speed", closing_speed)
+    off, up, visible = off_boresight(azimuth, elevation, config)
+    rcs, speed, off, up, visible = np.broadcast_arrays(rcs, speed, off, up, visible)
+    found = np.zeros(visible.shape)
+    if not visible.any():
+        return found
+    rcs, speed, off, up = rcs[visible], speed[visible], off[visible], up[visible]
+    noise = 0.0 if config.snr_threshold_db is not None else config.false_alarm_probability
+
+    def p_target(ranges: FloatArray) -> FloatArray:
+        p = scan_detection_probability(ranges, rcs, speed, config, azimuth=off, elevation=up)
+        return np.asarray((p - noise) / (1.0 - noise))
+
+    confirmed = confirmation_range(
+        p_target,
+        speed,
+        update_interval=config.update_interval_s,
+        range_limit=config.range_limit,
+        range_min=config.range_min_m,
+        hits=config.confirm_hits,
+        window=config.confirm_window,
+        confirmed_with=config.confirmation_probability,
+    )
+    found[visible] = np.maximum(confirmed - speed * config.confirm_time_s, 0.0)
+    return found
+
+
+def off_boresight(
+    azimuth: ArrayLike, elevation: ArrayLike, config: RadarConfig
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Return a direction from the nearest boresight, and whether it is in the field of view.
+
+    Parameters
+    ----------
+    azimuth, elevation : array_like
+        Clockwise from the nose and up from the horizon, rad.
+    config : RadarConfig
+
+    Returns
+    -------
+    azimuth, elevation : ndarray
+        From that boresight, rad.
+    visible : ndarray of bool
+
+    Raises
+    ------
+    ValueError
+        If an angle is not finite.
+    """
+    direction, height = finite("azimuth", azimuth), finite("elevation", elevation)
+    turns = direction[..., None] - np.radians(config.boresight_azimuths_deg)
+    turns = np.remainder(turns + np.pi, 2.0 * np.pi) - np.pi
+    nearest = np.argmin(np.abs(turns), axis=-1, keepdims=True)
+    off = np.take_along_axis(turns, nearest, axis=-1)[..., 0]
+    up = height - np.radians(config.boresight_elevation_deg)
+    slack = 1e-9
+    visible = np.abs(off) <= 0.5 * np.radians(config.azimuth_fov_deg) + slack
+    visible = visible & (np.abs(up) <= 0.5 * np.radians(config.elevation_fov_deg) + slack)
+    return off, up, visible

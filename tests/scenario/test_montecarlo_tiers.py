@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from wideberth.evaluation.montecarlo import encounter_kernels as ek
+from wideberth.evaluation.montecarlo import separation_kernels as pk
 from wideberth.evaluation.montecarlo import tiers
 from wideberth.evaluation.montecarlo.experiment import load_experiment
 from wideberth.evaluation.montecarlo.full_tier import fly_full
@@ -89,6 +90,19 @@ def test_columns_are_in_the_order_of_the_schema():
         (ek.EXTRA_PATH, "extra_path_m"),
     ):
         assert FLOAT_COLUMNS[column] == name
+
+
+@compiled
+def test_self_separation_is_kept_at_long_range():
+    """300 encounters of three intruders: without avoidance over 30 losses, with it none, by either count.
+
+    Measured when written: none in 30,000 encounters of 1 to 5 intruders. The seed is fixed: the bound is on these.
+    """
+    experiment = load_experiment(SELF_SEPARATION)
+    _, integers, status = tiers.fly_block(experiment, SEED, 3, 0, 300, True)
+    assert (status == ek.DONE).all()
+    assert (integers[:, :, ek.INSIDE_ALONE] & pk.LOSS != 0).sum() > 30
+    assert (integers[:, :, ek.INSIDE] & (pk.LOSS | pk.LOSS_FILTERED | pk.FULL) == 0).all()
 
 
 @compiled

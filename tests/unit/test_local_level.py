@@ -105,6 +105,7 @@ def test_printed_maps_have_the_papers_numbers_of_nodes():
     assert [len(ring.nodes) for ring in MAPS["collision_38"]().rings] == [7, 15, 15]
     assert MAPS["self_separation_150"]().node_count == 150
     assert [len(ring.nodes) for ring in MAPS["self_separation_150"]().rings] == [9, 15, 35, 45, 45]
+    assert MAPS["flyable_150"]().node_count == 150
 
 
 @pytest.mark.parametrize("name", MAPS)

@@ -24,6 +24,7 @@ from wideberth.evaluation.montecarlo.experiment import load_experiment
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "docs" / "results"
 FRESH_SEED = 20261126
+LISTED = 20  # of what entered the volume
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,7 +151,8 @@ def kept(summary: dict[str, Any], whole: bool) -> dict[str, Any]:
         {key: value for key, value in detector.items() if whole or key not in ("curve", "by_intruders")}
         for detector in summary["detectors"]
     ]
-    result["entered"] = summary["worst_encounters"]["entered"]
+    entered = summary["worst_encounters"]["entered"]
+    result["entered_count"], result["entered"] = len(entered), entered[:LISTED]
     ideal = summary["ideal_detector"]
     result["ideal_p_fa"] = ideal["p_fa_at_our_p_cd"]
     result["p_fa_ratio"] = ideal["our_p_fa_ratio"]

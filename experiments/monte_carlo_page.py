@@ -53,11 +53,13 @@ def markdown(results: Mapping[str, Any]) -> str:
         ratio = "" if run["p_fa_ratio"] is None else f"{run['p_fa_ratio']:.2f}"
         lines.append(f"| {run['title']} | {run['pooled']['encounters']:,} | {ratio} | {missed} |")
     lines += ["", *(f"- {run['title']}: `{run['command']}`" for run in others)]
-    lines += ["", "## What entered the collision volume", ""]
+    lines += ["", "## What entered the volume that is to be kept", ""]
     for run in results["runs"]:
-        if run is not first and len(run["entered"]) > 20:
-            lines.append(f"- {run['title']}: {len(run['entered'])}, listed in the JSON")
+        if run["entered_count"] > len(run["entered"]):
+            lines.append(f"- {run['title']}: {run['entered_count']}, the first of them in the JSON")
             continue
+        if not run["entered_count"]:
+            lines.append(f"- {run['title']}: nothing")
         for entry in run["entered"]:
             lines.append(
                 f"- {run['title']}, {entry['intruders']}-{entry['encounter']}, intruder {entry['intruder']}: "

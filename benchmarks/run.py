@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from benchmarks import bluesky_encounters, encounters, frames, pairs, steps, tracking
+from benchmarks import bluesky_encounters, detection_range, encounters, frames, pairs, steps, tracking
 
 RESULTS = Path(__file__).resolve().parent / "results"
 Numbers = Mapping[str, float | str]
@@ -30,6 +30,8 @@ class Aim(NamedTuple):
 AIMS = (
     Aim("step with 40 aircraft", "mean_ms", 1.0, at_least=False),
     Aim("step with 200 aircraft", "mean_ms", 5.0, at_least=False),
+    Aim("detection range", "tgvv_microseconds", 20.0, at_least=False),
+    Aim("detection range", "gvv_microseconds", 0.3, at_least=False),
     Aim("encounters", "encounters_with_1_per_cpu_second", 2000.0, at_least=True),
     Aim("encounters", "encounters_with_5_per_cpu_second", 400.0, at_least=True),
     Aim("encounters", "ratio_to_bluesky_1_s", 150.0, at_least=True),
@@ -63,6 +65,7 @@ def jobs() -> dict[str, Callable[[], Numbers]]:
         "well-clear pairs": pairs.measure,
         "frames": frames.measure,
         "tracking": tracking.measure,
+        "detection range": detection_range.measure,
         "encounters": encounters.measure,
     }
     for aircraft in steps.AIRCRAFT:

@@ -43,5 +43,8 @@ def parse_quantity(text: str, dimension: str) -> float:
     accepted = UNITS[dimension]
     match = _QUANTITY.fullmatch(text)
     if match is None or match[2] not in accepted:
-        raise ValueError(f"'{text}' is not a {dimension}: give a number with one of the units {', '.join(accepted)}")
+        article = "an" if dimension[0] in "aeiou" else "a"
+        raise ValueError(
+            f"'{text}' is not {article} {dimension}: give a number with one of the units {', '.join(accepted)}"
+        )
     return float(match[1]) * accepted[match[2]]

@@ -8,9 +8,10 @@ from pathlib import Path
 import pytest
 
 PACKAGE = Path(__file__).resolve().parents[2] / "src" / "wideberth"
-# A kernel may use kernels of its own folder and of the folders before it; simulation runs all of them.
+# A kernel may use kernels of its own folder and of the folders before it; simulation runs all of them, analysis asks
+# about any of them.
 STEPS = ["sensors", "tracking", "conflict", "vehicles", "avoidance", "links"]
-KERNEL_ORDER = [*STEPS, "simulation", "evaluation"]
+KERNEL_ORDER = [*STEPS, "simulation", "evaluation", "analysis"]
 COMMAND_LINE_MAY_IMPORT = {"typer", "rich", "wideberth.errors", "wideberth.cli"}
 
 

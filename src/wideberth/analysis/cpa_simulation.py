@@ -1,0 +1,92 @@
+"""The closest approach that an avoiding turn leaves: what a detection range is worth (thesis, 2.2, figure 2.8)."""
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from wideberth.analysis import cpa_simulation_kernels as kernels
+from wideberth.analysis.inputs import ANY, NOT_NEGATIVE, FloatArray, broadcast, checked
+
+
+@dataclass(frozen=True, slots=True)
+class ClosestApproach:
+    """A closest point of approach; numbers where all arguments were numbers, else arrays.
+
+    Attributes
+    ----------
+    cpa : float or ndarray
+        Distance there, m.
+    t_cpa : float or ndarray
+        Its time since detection, s.
+    """
+
+    cpa: float | FloatArray
+    t_cpa: float | FloatArray
+
+
+def simulate_cpa(
+    distance: ArrayLike,
+    *,
+    ownship_speed: ArrayLike,
+    intruder_speed: ArrayLike,
+    max_bank: ArrayLike,
+    computation_time: ArrayLike,
+    turn_angle: ArrayLike,
+    max_bank_rate: ArrayLike,
+    roll_time_constant: ArrayLike,
+    bearing: ArrayLike = 0.0,
+    intruder_course: ArrayLike = math.pi,
+    turn: Literal["right", "left"] = "right",
+) -> ClosestApproach:
+    """Fly an encounter in which the ownship turns with the bank dynamics of "tgvv", and return the closest approach.
+
+    Head-on by default. All arguments but `turn` broadcast; those not listed are as in
+    `detection_range.minimum_detection_range`.
+
+    Parameters
+    ----------
+    distance : array_like
+        Between the aircraft at detection, m.
+    ownship_speed, intruder_speed, max_bank, computation_time, turn_angle : array_like
+    max_bank_rate, roll_time_constant : array_like
+    bearing : array_like
+        Of the intruder at detection, clockwise from the ownship's course, rad.
+    intruder_course : array_like
+        Clockwise from the ownship's course, rad.
+    turn : {"right", "left"}
+        Where the ownship turns.
+
+    Returns
+    -------
+    ClosestApproach
+
+    Raises
+    ------
+    ValueError
+        If an element of an argument is out of its range; the message names it.
+    """
+    if turn not in ("right", "left"):
+        raise ValueError(f"turn must be right or left, got {turn!r}")
+    mirror = 1.0 if turn == "right" else -1.0
+    table, shape = broadcast(
+        {
+            "distance": checked("distance", distance, NOT_NEGATIVE),
+            "bearing": mirror * checked("bearing", bearing, ANY),
+            "intruder_course": mirror * checked("intruder_course", intruder_course, ANY),
+            "ownship_speed": checked("ownship_speed", ownship_speed),
+            "intruder_speed": checked("intruder_speed", intruder_speed),
+            "max_bank": checked("max_bank", max_bank),
+            "computation_time": checked("computation_time", computation_time),
+            "turn_angle": checked("turn_angle", turn_angle),
+            "max_bank_rate": checked("max_bank_rate", max_bank_rate),
+            "roll_time_constant": checked("roll_time_constant", roll_time_constant),
+        }
+    )
+    cpa, t_cpa = np.empty(table.shape[1]), np.empty(table.shape[1])
+    kernels.closest_approaches(table, cpa, t_cpa)
+    if not shape:
+        return ClosestApproach(float(cpa[0]), float(t_cpa[0]))
+    return ClosestApproach(cpa.reshape(shape), t_cpa.reshape(shape))

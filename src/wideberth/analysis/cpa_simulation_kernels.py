@@ -71,10 +71,11 @@ def closest_approach(
         s, length = 0.0, phases[k, LENGTH]
         bank, rate, command = phases[k, BANK], phases[k, RATE], phases[k, COMMAND]
         while s < length:
-            steepest = max(bank_at(s, bank, rate, command, tau), phases[2, BANK] if k < 2 else 0.0)
+            steepest = max(bank_at(s, bank, rate, command, tau), phases[2, BANK] if k < 2 else 1e-9)
             h = min(length - s, COURSE_STEP * v / (GRAVITY * math.tan(steepest)))
             if k != 2:
-                h = min(h, length / STEPS_PER_PHASE)
+                # The tangent has a pole at 90 degrees.
+                h = min(h, length / STEPS_PER_PHASE, 0.05 * (0.5 * math.pi - steepest) / max_rate)
                 if tau > NO_LAG:
                     h = min(h, 0.1 * max(s, tau))
             before = sx * (ux - v * math.cos(course)) + sy * (uy - v * math.sin(course))

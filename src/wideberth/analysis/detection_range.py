@@ -12,6 +12,8 @@ method equations                turn
 "tt"   (2.4), Geyer et al.      as "gvv", for the time in which a turn leads abeam by the radius (to first order)
 "gt"   (2.5), Sahawneh et al.   as "gvv", the circle of the turn tangent to the safety circle; falls short
 ====== ======================== ===============================================================================
+
+Other encounters: `encounter_angle`, `maneuvering_intruder`; other maneuvers: `vertical_escape`, `speed_change`.
 """
 
 from collections.abc import Mapping

@@ -88,7 +88,7 @@ def stationary_in_panel(
     """
     low, high = 0.0, h
     u = 0.5 * h
-    for _ in range(80):
+    for _ in range(200):
         turn, dx, dy = advance(v_o, course, s, u, bank, rate, command, tau)
         chi, y_u = course + turn, y + dy
         f = slope_of_range(y_u, chi, v_o, v_i, radius)
@@ -105,7 +105,7 @@ def stationary_in_panel(
         step = u - f / slope if slope > 0.0 and root > 0.0 else -1.0
         if not low < step < high:
             step = 0.5 * (low + high)
-        if abs(step - u) <= 1e-10 * h or high - low <= 1e-13 * h:
+        if abs(step - u) <= 1e-10 * (t + u) or high - low <= 1e-13 * (t + high):
             break
         u = step
     turn, dx, dy = advance(v_o, course, s, u, bank, rate, command, tau)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import Field, ValidationError
 
-from wideberth.config_errors import problems, unknown_key
+from wideberth.config_errors import problems, unknown_key, wrong_things
 from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
 from wideberth.part_config import PartConfig
@@ -277,8 +277,7 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
     if traffic and not recorded and parts["sensor"] and parts["sensor"].kind == "adsb_receiver":
         wrong.append("sensor.kind: adsb_receiver needs recorded traffic; simulated traffic takes adsb, the error model")
     if wrong or general is None or traffic is None:
-        head = f"{source}: " if len(wrong) == 1 else f"{source}: {len(wrong)} things are wrong\n  "
-        raise InputError(head + "\n  ".join(wrong))
+        raise wrong_things(source, wrong)
     settings: dict[str, Any] = {key: getattr(general, key) for key in _GeneralConfig.model_fields}
     return ScenarioConfig(**settings, **parts, traffic=traffic)
 

@@ -7,6 +7,7 @@ from typing import Any, get_args
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
+from wideberth.errors import InputError
 from wideberth.units import UNITS, parse_quantity
 
 # Unit suffixes of keys, and the same unit in `units.UNITS`; those without a second name are not converted.
@@ -47,6 +48,12 @@ _SUFFIXES: dict[str, str] = {
     "g": "",
 }
 _DIMENSION = {unit: dimension for dimension, units in UNITS.items() for unit in units}
+
+
+def wrong_things(source: str, wrong: Sequence[str]) -> InputError:
+    """Return the error that says all that is wrong with a file, a line each."""
+    head = f"{source}: " if len(wrong) == 1 else f"{source}: {len(wrong)} things are wrong\n  "
+    return InputError(head + "\n  ".join(wrong))
 
 
 def split_unit(key: str) -> tuple[str, str | None]:

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wideberth.analysis import cpa_simulation_kernels as kernels
-from wideberth.analysis.inputs import ANY, NOT_NEGATIVE, FloatArray, broadcast, checked
+from wideberth.analysis.inputs import checked_table
+from wideberth.argument_checks import FloatArray, choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,23 +69,23 @@ def simulate_cpa(
     ValueError
         If an element of an argument is out of its range; the message names it.
     """
-    if turn not in ("right", "left"):
-        raise ValueError(f"turn must be right or left, got {turn!r}")
-    mirror = 1.0 if turn == "right" else -1.0
-    table, shape = broadcast(
+    choice("turn", turn, ("right", "left"))
+    table, shape = checked_table(
         {
-            "distance": checked("distance", distance, NOT_NEGATIVE),
-            "bearing": mirror * checked("bearing", bearing, ANY),
-            "intruder_course": mirror * checked("intruder_course", intruder_course, ANY),
-            "ownship_speed": checked("ownship_speed", ownship_speed),
-            "intruder_speed": checked("intruder_speed", intruder_speed),
-            "max_bank": checked("max_bank", max_bank),
-            "computation_time": checked("computation_time", computation_time),
-            "turn_angle": checked("turn_angle", turn_angle),
-            "max_bank_rate": checked("max_bank_rate", max_bank_rate),
-            "roll_time_constant": checked("roll_time_constant", roll_time_constant),
+            "distance": distance,
+            "bearing": bearing,
+            "intruder_course": intruder_course,
+            "ownship_speed": ownship_speed,
+            "intruder_speed": intruder_speed,
+            "max_bank": max_bank,
+            "computation_time": computation_time,
+            "turn_angle": turn_angle,
+            "max_bank_rate": max_bank_rate,
+            "roll_time_constant": roll_time_constant,
         }
     )
+    if turn == "left":
+        table[1:3] *= -1.0  # bearing and course: the mirror image
     cpa, t_cpa = np.empty(table.shape[1]), np.empty(table.shape[1])
     kernels.closest_approaches(table, cpa, t_cpa)
     if not shape:

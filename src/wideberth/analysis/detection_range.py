@@ -26,7 +26,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from wideberth.analysis import detection_range_kernels as kernels
 from wideberth.analysis.cpa_simulation import ClosestApproach, simulate_cpa
-from wideberth.analysis.inputs import NOT_NEGATIVE, FloatArray, broadcast, checked
+from wideberth.analysis.inputs import checked_table
+from wideberth.argument_checks import FloatArray, choice
 from wideberth.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE
 
 __all__ = [
@@ -141,32 +142,29 @@ def minimum_detection_range(
     ValueError
         If an argument is missing or an element of it out of its range; the message names it.
     """
-    if method not in METHODS:
-        raise ValueError(f"method must be one of {', '.join(METHODS)}, got {method!r}")
+    choice("method", method, tuple(METHODS))
     arguments = {
-        "ownship_speed": checked("ownship_speed", ownship_speed),
-        "intruder_speed": checked("intruder_speed", intruder_speed),
-        "safety_radius": checked("safety_radius", safety_radius),
-        "max_bank": checked("max_bank", max_bank),
+        "ownship_speed": ownship_speed,
+        "intruder_speed": intruder_speed,
+        "safety_radius": safety_radius,
+        "max_bank": max_bank,
     }
     optional = {"turn_angle": turn_angle, "max_bank_rate": max_bank_rate, "roll_time_constant": roll_time_constant}
     needed = {"tgvv": tuple(optional), "gvv": ("turn_angle",)}.get(method, ())
     for name, value in optional.items():
         if value is None and name in needed:
             raise ValueError(f"{name} is needed by method {method!r}")
-        arguments[name] = checked(name, 1.0 if value is None else value)
-    t_c = checked("computation_time", computation_time)
-    factor = 1.0 + checked("slack", slack, NOT_NEGATIVE)
-    if method != "gt" and (factor != 1.0).any():
+        arguments[name] = 1.0 if value is None else value
+    table, shape = checked_table({**arguments, "computation_time": computation_time, "slack": slack})
+    v_o, v_i, *_, t_c, delta = table
+    if method != "gt" and delta.any():
         raise ValueError(f"slack belongs to method 'gt', not to {method!r}")
-    table, shape = broadcast({**arguments, "computation_time": t_c, "slack": factor})
-    v_o, v_i, *_, t_c, factor = table
     n = table.shape[1]
     distance, time, case = np.empty(n), np.empty(n), np.empty(n, np.int64)
     kernels.detection_ranges(METHODS[method], table[:-2], distance, time, case)
     if np.isnan(distance).any():
         raise ValueError("turn_angle: a half turn does not lead abeam by the safety radius; turn less, or bank less")
-    distance = ((v_o + v_i) * t_c + distance) * factor
+    distance = ((v_o + v_i) * t_c + distance) * (1.0 + delta)
     named = np.array(["", "A", "B"])[case] if method == "tgvv" else case
     if not shape:
         return DetectionRange(float(distance[0]), float(time[0]), named[0].item() if needed else None)

@@ -28,7 +28,7 @@ MAX_ROWS = 192
 T, X, Y, VX, VY = 0, 1, 2, 3, 4
 N_COLUMNS = 5
 
-_COURSE_STEP = 0.08  # rad between rows
+_COURSE_STEP = 0.03  # rad between rows: to 1e-6 of the range
 _ROWS_PER_PHASE = 12
 _TAIL = 15.0  # time constants until a lagged change counts as done
 
@@ -61,7 +61,7 @@ def turn_path(
             t, course, x, y = t + h, course + dchi, x + dx, y + dy
             done = s + h >= length * (1.0 - 1e-12)
             s = length if done else s + h
-            # Panels can be finer than the path needs; there are at most about 130 rows.
+            # Panels can be finer than the path needs; there are at most about 140 rows.
             far = course - course_row >= _COURSE_STEP or t - t_row >= 0.99 * length / _ROWS_PER_PHASE
             if done or (far and n < MAX_ROWS - N_PHASES):
                 n = write_row(path, n, t, x, side * y, v * math.cos(course), side * v * math.sin(course))

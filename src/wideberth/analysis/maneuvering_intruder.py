@@ -14,18 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from wideberth.analysis import maneuvering_intruder_kernels as kernels
 from wideberth.analysis.encounter_angle import SIDES, Side
-from wideberth.analysis.inputs import (
-    ANY,
-    NOT_NEGATIVE,
-    POSITIVE,
-    POSITIVE_OR_INFINITE,
-    Domain,
-    FloatArray,
-    broadcast,
-    checked,
-)
-
-INTRUDER_TURN = Domain(0.0, math.pi, "at least 0 and at most pi (rad)")
+from wideberth.analysis.inputs import checked_table
+from wideberth.argument_checks import FloatArray, choice
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,28 +100,24 @@ def maneuvering_intruder_range(
     -----
     The worst maneuver is searched for on a grid that closes in on it, to about 1e-3 of the range.
     """
-    if turn not in SIDES:
-        raise ValueError(f"turn must be one of {', '.join(SIDES)}, got {turn!r}")
-    speed = checked("intruder_speed", intruder_speed)
-    slowest = speed if intruder_slowest is None else checked("intruder_slowest", intruder_slowest, NOT_NEGATIVE)
-    fastest = speed if intruder_fastest is None else checked("intruder_fastest", intruder_fastest, NOT_NEGATIVE)
-    table, shape = broadcast(
+    choice("turn", turn, tuple(SIDES))
+    table, shape = checked_table(
         {
-            "bearing": checked("bearing", bearing, ANY),
-            "ownship_speed": checked("ownship_speed", ownship_speed),
-            "intruder_speed": speed,
-            "safety_radius": checked("safety_radius", safety_radius),
-            "computation_time": checked("computation_time", computation_time),
-            "max_bank": checked("max_bank", max_bank),
-            "turn_angle": checked("turn_angle", turn_angle),
-            "max_bank_rate": checked("max_bank_rate", max_bank_rate),
-            "roll_time_constant": checked("roll_time_constant", roll_time_constant),
-            "intruder_turn_angle": checked("intruder_turn_angle", intruder_turn_angle, INTRUDER_TURN),
-            "intruder_turn_rate": checked("intruder_turn_rate", intruder_turn_rate, POSITIVE),
-            "intruder_acceleration": checked("intruder_acceleration", intruder_acceleration, NOT_NEGATIVE),
-            "intruder_slowest": slowest,
-            "intruder_fastest": fastest,
-            "horizon": checked("horizon", horizon, POSITIVE_OR_INFINITE),
+            "bearing": bearing,
+            "ownship_speed": ownship_speed,
+            "intruder_speed": intruder_speed,
+            "safety_radius": safety_radius,
+            "computation_time": computation_time,
+            "max_bank": max_bank,
+            "turn_angle": turn_angle,
+            "max_bank_rate": max_bank_rate,
+            "roll_time_constant": roll_time_constant,
+            "intruder_turn_angle": intruder_turn_angle,
+            "intruder_turn_rate": intruder_turn_rate,
+            "intruder_acceleration": intruder_acceleration,
+            "intruder_slowest": intruder_speed if intruder_slowest is None else intruder_slowest,
+            "intruder_fastest": intruder_speed if intruder_fastest is None else intruder_fastest,
+            "horizon": horizon,
         }
     )
     if (table[12] > table[2]).any():

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wideberth.sensors.argument_checks import FloatArray, choice, not_negative, positive
+from wideberth.argument_checks import NOT_NEGATIVE, POSITIVE, FloatArray, checked, choice
 
 Shape = Literal["hemisphere", "cylinder"]
 
@@ -35,8 +35,8 @@ class SurveillanceVolume:
 
     def __post_init__(self) -> None:
         choice("shape", self.shape, ("hemisphere", "cylinder"))
-        positive("radius", self.radius)
-        positive("height", self.height)
+        checked("radius", self.radius, POSITIVE)
+        checked("height", self.height, POSITIVE)
         if self.shape == "hemisphere" and self.height != self.radius:
             raise ValueError("height must be the radius of a hemisphere")
 
@@ -83,7 +83,7 @@ class OperationVolume:
         ValueError
             If a height is not finite, or negative.
         """
-        z = not_negative("height", height)
+        z = checked("height", height, NOT_NEGATIVE)
         if self.surveillance.shape == "cylinder":
             radius = np.full(z.shape, self.radius)
         elif self.all_round:
@@ -125,9 +125,10 @@ def operation_volume(
     ValueError
         If a length is not finite, or negative, or the required range not positive.
     """
-    margin = float(positive("required_range", required_range)) + float(not_negative("turn_margin", turn_margin))
+    margin = float(checked("required_range", required_range, POSITIVE))
+    margin += float(checked("turn_margin", turn_margin, NOT_NEGATIVE))
     all_round = required_height is None
-    up = margin if required_height is None else float(not_negative("required_height", required_height))
+    up = margin if required_height is None else float(checked("required_height", required_height, NOT_NEGATIVE))
     radius, height = surveillance.radius - margin, surveillance.height - up
     if surveillance.shape == "hemisphere" and not all_round:
         radius = math.sqrt(max(surveillance.radius**2 - up**2, 0.0)) - margin

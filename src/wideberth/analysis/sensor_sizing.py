@@ -6,8 +6,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from wideberth.analysis.encounter_angle import collision_closing_speed
 from wideberth.analysis.sizing_config import AdsbSizingConfig, AircraftConfig, SensorConfig
-from wideberth.sensors.argument_checks import FloatArray, finite, positive
+from wideberth.argument_checks import FINITE, POSITIVE, FloatArray, checked
 from wideberth.sensors.confirmation import confirmation_range
 from wideberth.sensors.radar.coverage import confirmed_range
 from wideberth.units import NAUTICAL_MILE
@@ -82,12 +83,10 @@ def closing_speed(bearing: ArrayLike, ownship_speed: ArrayLike, intruder_speed: 
     ValueError
         If a bearing is not finite, or a speed not finite and positive.
     """
-    angle, own = finite("bearing", bearing), positive("ownship_speed", ownship_speed)
-    intruder = positive("intruder_speed", intruder_speed)
-    along, across = own * np.cos(angle), own * np.sin(angle)
-    left = intruder**2 - across**2
-    closing = along + np.sqrt(np.maximum(left, 0.0))
-    return np.asarray(np.where((left >= 0.0) & (closing > 1e-9 * own), closing, np.nan))
+    own = checked("ownship_speed", ownship_speed, POSITIVE)
+    intruder = checked("intruder_speed", intruder_speed, POSITIVE)
+    closing = collision_closing_speed(bearing, own, intruder)
+    return np.asarray(np.where(closing > 1e-9 * own, closing, np.nan))
 
 
 def available_range(
@@ -123,8 +122,9 @@ def available_range(
     ValueError
         If a bearing or elevation is not finite, or a speed or cross-section not finite and positive.
     """
-    angle, speed, section = finite("bearing", bearing), positive("closing", closing), positive("rcs", rcs)
-    up = finite("elevation", elevation)
+    angle, speed = checked("bearing", bearing, FINITE), checked("closing", closing, POSITIVE)
+    section = checked("rcs", rcs, POSITIVE)
+    up = checked("elevation", elevation, FINITE)
     if not isinstance(sensor, AdsbSizingConfig):
         return confirmed_range(section, speed, sensor, azimuth=angle, elevation=up)
     _, speed, _, _ = np.broadcast_arrays(angle, speed, section, up)
@@ -180,16 +180,17 @@ def protected(
         If a bearing is not finite, a speed or cross-section not finite and positive, an array not a list, or what
         `required_range` returns negative or of another shape.
     """
-    angles, speeds = finite("bearings", bearings), positive("intruder_speeds", intruder_speeds)
+    angles, speeds = checked("bearings", bearings, FINITE), checked("intruder_speeds", intruder_speeds, POSITIVE)
     for name, array in (("bearings", angles), ("intruder_speeds", speeds)):
         if array.ndim != 1 or array.size == 0:
             raise ValueError(f"{name} must be a list of at least one number")
-    own = aircraft.speed_cruise_mps if ownship_speed is None else float(positive("ownship_speed", ownship_speed))
-    section = positive("rcs", rcs)
+    section = checked("rcs", rcs, POSITIVE)
     if section.ndim > 1 or section.size not in (1, speeds.size):
         raise ValueError("rcs must be one number, or one for each of intruder_speeds")
     if ownship_speed is not None:
-        aircraft = aircraft.model_copy(update={"speed_cruise_mps": own})
+        speed = float(checked("ownship_speed", ownship_speed, POSITIVE))
+        aircraft = aircraft.model_copy(update={"speed_cruise_mps": speed})
+    own = aircraft.speed_cruise_mps
     grid_angle, grid_speed = np.meshgrid(angles, speeds, indexing="ij")
     closing = closing_speed(grid_angle, own, grid_speed)
     required = np.array(required_range(grid_angle, grid_speed, aircraft), dtype=np.float64)

@@ -5,7 +5,8 @@ from typing import Any, Self
 
 from pydantic import Field, model_validator
 
-from wideberth.config import check_table, read_toml
+from wideberth.config import Checked, check_table, read_toml
+from wideberth.config_errors import wrong_things
 from wideberth.errors import InputError
 from wideberth.part_config import PartConfig
 from wideberth.sensors.adsb.config import AdsbErrorConfig
@@ -113,11 +114,7 @@ def build_sensor(table: dict[str, Any], source: str = "sensor") -> SensorConfig:
     if not isinstance(kind, str) or kind not in SENSORS:
         said = "missing" if kind is None else f"there is no {kind!r:.60}"
         raise InputError(f"{source}: kind: {said} (known: {', '.join(SENSORS)})")
-    wrong: list[str] = []
-    sensor = check_table(SENSORS[kind], {k: v for k, v in table.items() if k != "kind"}, "", wrong)
-    if sensor is None:
-        raise InputError(_message(source, wrong))
-    return sensor
+    return _checked(SENSORS[kind], {k: v for k, v in table.items() if k != "kind"}, source)
 
 
 def load_sensor(path: Path) -> SensorConfig:
@@ -149,14 +146,12 @@ def load_aircraft(path: Path) -> AircraftConfig:
     InputError
         If it cannot be read; else with one line for each thing that is wrong.
     """
+    return _checked(AircraftConfig, read_toml(Path(path)), str(path))
+
+
+def _checked(model: type[Checked], table: dict[str, Any], source: str) -> Checked:
     wrong: list[str] = []
-    aircraft = check_table(AircraftConfig, read_toml(Path(path)), "", wrong)
-    if aircraft is None:
-        raise InputError(_message(str(path), wrong))
-    return aircraft
-
-
-def _message(source: str, wrong: list[str]) -> str:
-    wrong = [line.removeprefix("scenario: ") for line in wrong]
-    head = f"{source}: " if len(wrong) == 1 else f"{source}: {len(wrong)} things are wrong\n  "
-    return head + "\n  ".join(wrong)
+    found = check_table(model, table, "", wrong)
+    if found is None:
+        raise wrong_things(source, [line.removeprefix("scenario: ") for line in wrong])
+    return found

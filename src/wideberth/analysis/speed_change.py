@@ -4,14 +4,13 @@ For a multirotor, whose velocity changes without a turn. Stopping resolves no he
 all the way: the range is then infinite. Frame and notions as in `encounter_angle`.
 """
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wideberth.analysis import encounter_angle_kernels as kernels
 from wideberth.analysis.encounter_angle import SIDES, Courses, RequiredRange, Side, answer, entry_only
-from wideberth.analysis.inputs import ANY, NOT_NEGATIVE, POSITIVE_OR_INFINITE, broadcast, checked
+from wideberth.analysis.inputs import checked_table
+from wideberth.argument_checks import choice
 
 
 def speed_change_range(
@@ -68,22 +67,18 @@ def speed_change_range(
     ValueError
         If an element of an argument is out of its range; the message names it.
     """
-    if turn not in SIDES:
-        raise ValueError(f"turn must be one of {', '.join(SIDES)}, got {turn!r}")
-    course = checked("new_course", new_course, ANY)
-    if (np.abs(course) > math.pi).any():
-        raise ValueError("new_course must be within pi (rad)")
-    table, shape = broadcast(
+    choice("turn", turn, tuple(SIDES))
+    table, shape = checked_table(
         {
-            "bearing": checked("bearing", bearing, ANY),
-            "ownship_speed": checked("ownship_speed", ownship_speed),
-            "intruder_speed": checked("intruder_speed", intruder_speed),
-            "safety_radius": checked("safety_radius", safety_radius),
-            "computation_time": checked("computation_time", computation_time),
-            "new_speed": checked("new_speed", new_speed, NOT_NEGATIVE),
-            "new_course": course,
-            "acceleration": checked("acceleration", acceleration, POSITIVE_OR_INFINITE),
-            "time_constant": checked("time_constant", time_constant, NOT_NEGATIVE),
+            "bearing": bearing,
+            "ownship_speed": ownship_speed,
+            "intruder_speed": intruder_speed,
+            "safety_radius": safety_radius,
+            "computation_time": computation_time,
+            "new_speed": new_speed,
+            "new_course": new_course,
+            "acceleration": acceleration,
+            "time_constant": time_constant,
         }
     )
     out, escape = np.empty((table.shape[1], 3)), np.empty(table.shape[1], np.int64)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wideberth.analysis.inputs import NOT_NEGATIVE, FloatArray, checked
+from wideberth.argument_checks import NOT_NEGATIVE, FloatArray, checked
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ ADS-B paper (Sahawneh, Duffield, Beard, McLain, 2015), "ADS-B as a DAA sensor", 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-FloatArray = NDArray[np.float64]
+from wideberth.argument_checks import FINITE, NOT_NEGATIVE, POSITIVE, FloatArray, checked
 
 SCENARIOS = ("head-on", "overtaking")
 """The scenarios, in the order of the last axis of `TimesToLoss`."""
@@ -51,11 +51,9 @@ def time_to_distance(detection_range: ArrayLike, distance: ArrayLike, closing_sp
     ValueError
         If a value is not finite, a range or distance not positive, or a distance not below its range.
     """
-    start = _checked("detection_range", detection_range, zero_allowed=False)
-    end = _checked("distance", distance, zero_allowed=False)
-    speed = np.asarray(closing_speed, dtype=np.float64)
-    if not np.isfinite(speed).all():
-        raise ValueError("closing_speed must be finite")
+    start = checked("detection_range", detection_range, POSITIVE)
+    end = checked("distance", distance, POSITIVE)
+    speed = checked("closing_speed", closing_speed, FINITE)
     if not (end < start).all():
         raise ValueError("distance must be below detection_range")
     travel, speed = np.broadcast_arrays(start - end, speed)
@@ -94,16 +92,9 @@ def times_to_loss(
     ValueError
         If a value is not finite, a speed negative, a distance not positive, or a distance not below the range.
     """
-    own = _checked("ownship_speed", ownship_speed)
-    cruise = _checked("ownship_cruise_speed", ownship_cruise_speed)
-    intruder = _checked("intruder_speed", intruder_speed)
+    own = checked("ownship_speed", ownship_speed, NOT_NEGATIVE)
+    cruise = checked("ownship_cruise_speed", ownship_cruise_speed, NOT_NEGATIVE)
+    intruder = checked("intruder_speed", intruder_speed, NOT_NEGATIVE)
     closing = np.stack(np.broadcast_arrays(own + intruder, intruder - cruise), axis=-1)
     start, loss, touch = (np.asarray(d, dtype=np.float64)[..., None] for d in (detection_range, separation, collision))
     return TimesToLoss(closing, time_to_distance(start, loss, closing), time_to_distance(start, touch, closing))
-
-
-def _checked(name: str, value: ArrayLike, *, zero_allowed: bool = True) -> FloatArray:
-    array = np.asarray(value, dtype=np.float64)
-    if not (np.isfinite(array) & ((array >= 0) if zero_allowed else (array > 0))).all():
-        raise ValueError(f"{name} must be finite and {'not negative' if zero_allowed else 'positive'}")
-    return array

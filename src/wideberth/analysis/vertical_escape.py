@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from wideberth.analysis import encounter_angle_kernels as kernels
 from wideberth.analysis.encounter_angle import Courses, RequiredRange, answer, entry_only
-from wideberth.analysis.inputs import ANY, NOT_NEGATIVE, POSITIVE, POSITIVE_OR_INFINITE, broadcast, checked
+from wideberth.analysis.inputs import checked_table
 
 
 def vertical_escape_range(
@@ -64,19 +64,19 @@ def vertical_escape_range(
     ValueError
         If an element of an argument is out of its range; the message names it.
     """
-    table, shape = broadcast(
+    table, shape = checked_table(
         {
-            "bearing": checked("bearing", bearing, ANY),
-            "ownship_speed": checked("ownship_speed", ownship_speed),
-            "intruder_speed": checked("intruder_speed", intruder_speed),
-            "safety_radius": checked("safety_radius", safety_radius),
-            "half_height": checked("half_height", half_height, POSITIVE),
-            "computation_time": checked("computation_time", computation_time),
-            "climb_rate": checked("climb_rate", climb_rate, NOT_NEGATIVE),
-            "descent_rate": checked("descent_rate", descent_rate, NOT_NEGATIVE),
-            "vertical_acceleration": checked("vertical_acceleration", vertical_acceleration, POSITIVE_OR_INFINITE),
-            "time_constant": checked("time_constant", time_constant, NOT_NEGATIVE),
-            "intruder_climb_rate": checked("intruder_climb_rate", intruder_climb_rate, ANY),
+            "bearing": bearing,
+            "ownship_speed": ownship_speed,
+            "intruder_speed": intruder_speed,
+            "safety_radius": safety_radius,
+            "half_height": half_height,
+            "computation_time": computation_time,
+            "climb_rate": climb_rate,
+            "descent_rate": descent_rate,
+            "vertical_acceleration": vertical_acceleration,
+            "time_constant": time_constant,
+            "intruder_climb_rate": intruder_climb_rate,
         }
     )
     half, wait, up, down, acceleration, tau, intruder = table[4:]

@@ -296,18 +296,9 @@ def search_map(
                     cost += terminal_cost(end[NORTH], end[EAST], end[DOWN], goal, limits[SPEED], vertical, goal_weights)
                     vn, ve = limits[SPEED] * math.cos(end[COURSE]), limits[SPEED] * math.sin(end[COURSE])
                     cost += cost_beyond(
-                        end[NORTH],
-                        end[EAST],
-                        end[DOWN],
-                        vn,
-                        ve,
-                        intruders,
-                        weight,
-                        n_intruders,
-                        k_end,
-                        k_end * dt,
-                        risk,
-                    )
+                        end[NORTH], end[EAST], end[DOWN], vn, ve, intruders, weight, n_intruders,
+                        k_end, k_end * dt, risk,
+                    )  # fmt: skip
                 if cost < labels[node, LABEL_COST]:
                     labels[node, :LABEL_COST] = end[:LABEL_COST]
                     labels[node, LABEL_COST] = cost

@@ -48,6 +48,16 @@ def guarded(command: Callable[P, None]) -> Callable[P, None]:
     return run
 
 
+def quantity(option: str, text: str, dimension: str) -> float:
+    """Return what an option says in SI units (`units.parse_quantity`), or an error that names the option."""
+    from wideberth.units import parse_quantity
+
+    try:
+        return parse_quantity(text, dimension)
+    except ValueError as error:
+        raise InputError(f"{option}: {error}") from None
+
+
 def _fail(message: str, status: int) -> None:
     typer.echo(f"wideberth: {message}", err=True)
     raise typer.Exit(status) from None

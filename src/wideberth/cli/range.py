@@ -5,6 +5,7 @@ from typing import Annotated, Any, get_args
 
 import typer
 
+from wideberth.cli.errors import quantity
 from wideberth.errors import InputError
 
 _TITLES = {
@@ -13,15 +14,15 @@ _TITLES = {
     "tt": "TT (turn time)",
     "gt": "GT (tangent circles)",
 }
-_OPTIONS = {  # argument of the function: its option and dimension
-    "ownship_speed": ("--ownship-speed", "speed"),
-    "intruder_speed": ("--intruder-speed", "speed"),
-    "safety_radius": ("--safety-radius", "length"),
-    "max_bank": ("--max-bank", "angle"),
-    "computation_time": ("--computation-time", "time"),
-    "turn_angle": ("--turn-angle", "angle"),
-    "max_bank_rate": ("--max-bank-rate", "angular rate"),
-    "roll_time_constant": ("--roll-time-constant", "time"),
+_DIMENSIONS = {
+    "ownship_speed": "speed",
+    "intruder_speed": "speed",
+    "safety_radius": "length",
+    "max_bank": "angle",
+    "computation_time": "time",
+    "turn_angle": "angle",
+    "max_bank_rate": "angular rate",
+    "roll_time_constant": "time",
 }
 
 
@@ -44,7 +45,7 @@ def range(  # the command's name
     leads to when the bank lags as it does. Quantities carry their unit: kt, m/s; ft, m, nmi; deg, rad; deg/s; s.
     """
     from wideberth.analysis.detection_range import Method, minimum_detection_range, simulate_cpa
-    from wideberth.units import FOOT, parse_quantity
+    from wideberth.units import FOOT
 
     given = {
         "ownship_speed": ownship_speed,
@@ -56,13 +57,9 @@ def range(  # the command's name
         "max_bank_rate": max_bank_rate,
         "roll_time_constant": roll_time_constant,
     }
-    values: dict[str, Any] = {}
-    for name, text in given.items():
-        option, dimension = _OPTIONS[name]
-        try:
-            values[name] = parse_quantity(text, dimension)
-        except ValueError as error:
-            raise InputError(f"{option}: {error}") from None
+    values: dict[str, Any] = {
+        name: quantity(f"--{name.replace('_', '-')}", text, _DIMENSIONS[name]) for name, text in given.items()
+    }
     flown = {name: value for name, value in values.items() if name != "safety_radius"}
     rows = []
     try:

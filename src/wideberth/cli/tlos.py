@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
+from wideberth.cli.errors import quantity
 from wideberth.errors import InputError
 
 if TYPE_CHECKING:
@@ -130,8 +131,6 @@ def tlos(
 
 def _aircraft(option: str, text: str, exact: bool, *, cruise: bool) -> Aircraft:
     """Return the aircraft that an option's text gives, its speeds rounded to whole m/s unless they are to be exact."""
-    from wideberth.units import parse_quantity
-
     name, *words = (part.strip() for part in text.split(":"))
     if not name or not 1 <= len(words) <= (2 if cruise else 1):
         form = (
@@ -140,10 +139,7 @@ def _aircraft(option: str, text: str, exact: bool, *, cruise: bool) -> Aircraft:
             else "NAME:MAX, such as 'F-35:1042kt'"
         )
         raise InputError(f"{option} '{text}': give {form}")
-    try:
-        speeds = [parse_quantity(word, "speed") for word in words]
-    except ValueError as error:
-        raise InputError(f"{option} '{text}': {error}") from None
+    speeds = [quantity(f"{option} '{text}'", word, "speed") for word in words]
     for word, speed in zip(words, speeds, strict=True):
         if not (math.isfinite(speed) and speed > 0):
             raise InputError(f"{option} '{text}': the speed {word} must be positive")
@@ -155,12 +151,7 @@ def _aircraft(option: str, text: str, exact: bool, *, cruise: bool) -> Aircraft:
 
 
 def _distance(option: str, text: str) -> float:
-    from wideberth.units import parse_quantity
-
-    try:
-        distance = parse_quantity(text, "length")
-    except ValueError as error:
-        raise InputError(f"{option}: {error}") from None
+    distance = quantity(option, text, "length")
     if not (math.isfinite(distance) and distance > 0):
         raise InputError(f"{option} {text}: must be positive")
     return distance

@@ -6,7 +6,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wideberth.sensors.argument_checks import FloatArray, choice, not_negative, positive, probability
+from wideberth.argument_checks import NOT_NEGATIVE, POSITIVE, PROBABILITY, UNSURE, FloatArray, checked, choice
 
 WINDOW_MAX = 12
 _SCANS_AT_ONCE = 128
@@ -73,7 +73,7 @@ def confirmation_probability(p_detection: ArrayLike, hits: int, window: int) -> 
         If a probability is not between 0 and 1, there is no axis of scans, or the rule makes no sense.
     """
     _check_rule(hits, window)
-    p = probability("p_detection", p_detection, ends=True)
+    p = checked("p_detection", p_detection, PROBABILITY)
     if p.ndim == 0:
         raise ValueError("p_detection must have an axis of scans")
     histories = _Histories(hits, window, math.prod(p.shape[1:]))
@@ -127,10 +127,11 @@ def confirmation_range(
         If a speed, interval or range is not positive, the ranges are in the wrong order, a probability is not inside 0
         to 1, or the rule makes no sense.
     """
-    speed = positive("closing_speed", closing_speed)
-    interval, far = float(positive("update_interval", update_interval)), float(positive("range_limit", range_limit))
-    near = float(not_negative("range_min", range_min))
-    wanted = float(probability("confirmed_with", confirmed_with))
+    speed = checked("closing_speed", closing_speed, POSITIVE)
+    interval = float(checked("update_interval", update_interval, POSITIVE))
+    far = float(checked("range_limit", range_limit, POSITIVE))
+    near = float(checked("range_min", range_min, NOT_NEGATIVE))
+    wanted = float(checked("confirmed_with", confirmed_with, UNSURE))
     _check_rule(hits, window)
     if near >= far:
         raise ValueError("range_min must be less than range_limit")

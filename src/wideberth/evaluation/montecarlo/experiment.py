@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import Field, model_validator
 
 from wideberth.config import ScenarioConfig, apply_override, build_scenario, check_table, read_toml
+from wideberth.config_errors import wrong_things
 from wideberth.errors import InputError
 from wideberth.part_config import PartConfig
 from wideberth.units import FOOT, FOOT_PER_MINUTE, KNOT
@@ -202,8 +203,7 @@ def build_experiment(tables: Mapping[str, Any], source: str = "experiment") -> E
     if scenario is not None and not 0.0999 < scenario.step_s < 0.1001:
         wrong.append(f"step_s: must be 0.1, the rate of the paper's filter and detection, not {scenario.step_s:g}")
     if wrong or scenario is None:
-        head = f"{source}: " if len(wrong) == 1 else f"{source}: {len(wrong)} things are wrong\n  "
-        raise InputError(head + "\n  ".join(wrong))
+        raise wrong_things(source, wrong)
     return Experiment(
         name=scenario.name, description=scenario.description, seed=scenario.seed, scenario=scenario, **checked
     )

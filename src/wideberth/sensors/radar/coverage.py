@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from wideberth.sensors.argument_checks import FloatArray, finite, positive, probability
+from wideberth.argument_checks import FINITE, POSITIVE, UNSURE, FloatArray, checked
 from wideberth.sensors.confirmation import confirmation_range
 from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.detection import detection_probability, required_snr_db
@@ -75,17 +75,10 @@ def scan_detection_probability(
     """
     received = snr_db(range_m, rcs_m2, config, azimuth=azimuth, elevation=elevation)
     received = received - migration_loss_db(closing_speed, config)
-    if config.snr_threshold_db is not None:
-        return np.where(received + _rule_gain_db(config) >= config.snr_threshold_db, 1.0, 0.0)
     looks, gain = looks_and_gain_db(config)
+    if config.snr_threshold_db is not None:
+        return np.where(received + gain + averaging_gain_db(looks) >= config.snr_threshold_db, 1.0, 0.0)
     return detection_probability(received + gain, config.false_alarm_probability, config.swerling, looks=looks)
-
-
-def _rule_gain_db(config: RadarConfig) -> float:
-    channels = beamforming_gain_db(config.channels)
-    if config.detect_on == "channels":
-        channels = averaging_gain_db(config.channels)
-    return float(channels + averaging_gain_db(config.averages, config.averaging))
 
 
 def detection_range(
@@ -122,11 +115,11 @@ def detection_range(
         If a cross-section is not finite and positive, a probability not between that of a false alarm and 1, or another
         value not finite.
     """
-    wanted = probability("p_d", p_d)
+    wanted = checked("p_d", p_d, UNSURE)
+    looks, gain = looks_and_gain_db(config)
     if config.snr_threshold_db is not None:
-        needed = np.full(wanted.shape, config.snr_threshold_db - _rule_gain_db(config))
+        needed = np.full(wanted.shape, config.snr_threshold_db - averaging_gain_db(looks) - gain)
     else:
-        looks, gain = looks_and_gain_db(config)
         needed = required_snr_db(wanted, config.false_alarm_probability, config.swerling, looks=looks) - gain
     needed = needed + migration_loss_db(closing_speed, config)
     return np.minimum(max_range(rcs_m2, needed, config, azimuth=azimuth, elevation=elevation), config.range_limit)
@@ -166,7 +159,7 @@ def confirmed_range(
     ValueError
         If a cross-section or speed is not finite and positive, or an angle not finite.
     """
-    rcs, speed = positive("rcs_m2", rcs_m2), positive("closing_speed", closing_speed)
+    rcs, speed = checked("rcs_m2", rcs_m2, POSITIVE), checked("closing_speed", closing_speed, POSITIVE)
     off, up, visible = off_boresight(azimuth, elevation, config)
     rcs, speed, off, up, visible = np.broadcast_arrays(rcs, speed, off, up, visible)
     found = np.zeros(visible.shape)
@@ -215,7 +208,7 @@ def off_boresight(
     ValueError
         If an angle is not finite.
     """
-    direction, height = finite("azimuth", azimuth), finite("elevation", elevation)
+    direction, height = checked("azimuth", azimuth, FINITE), checked("elevation", elevation, FINITE)
     turns = direction[..., None] - np.radians(config.boresight_azimuths_deg)
     turns = np.remainder(turns + np.pi, 2.0 * np.pi) - np.pi
     nearest = np.argmin(np.abs(turns), axis=-1, keepdims=True)

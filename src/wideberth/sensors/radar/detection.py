@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import special, stats
 
-from wideberth.sensors.argument_checks import FloatArray, choice, count, finite, probability
+from wideberth.argument_checks import COUNT, FINITE, UNSURE, FloatArray, checked, choice
 
 SWERLING = (0, 1, 3)
 _LOWEST_DB, _HIGHEST_DB = -150.0, 250.0
@@ -37,8 +37,8 @@ def threshold(p_fa: ArrayLike, looks: ArrayLike = 1) -> FloatArray:
     ValueError
         If a probability is not inside 0 to 1, or a number of looks not whole and at least 1.
     """
-    n = count("looks", looks)
-    return np.asarray(special.gammainccinv(n, probability("p_fa", p_fa)) / n)
+    n = checked("looks", looks, COUNT)
+    return np.asarray(special.gammainccinv(n, checked("p_fa", p_fa, UNSURE)) / n)
 
 
 def detection_probability(snr_db: ArrayLike, p_fa: ArrayLike, swerling: int = 1, *, looks: ArrayLike = 1) -> FloatArray:
@@ -67,9 +67,9 @@ def detection_probability(snr_db: ArrayLike, p_fa: ArrayLike, swerling: int = 1,
         `swerling` not one of the three.
     """
     choice("swerling", swerling, SWERLING)
-    snr = 10.0 ** (np.clip(finite("snr_db", snr_db), _LOWEST_DB, _HIGHEST_DB) / 10.0)
-    false_alarm = probability("p_fa", p_fa)
-    n = count("looks", looks)
+    snr = 10.0 ** (np.clip(checked("snr_db", snr_db, FINITE), _LOWEST_DB, _HIGHEST_DB) / 10.0)
+    false_alarm = checked("p_fa", p_fa, UNSURE)
+    n = checked("looks", looks, COUNT)
     snr, false_alarm, n = np.broadcast_arrays(snr, false_alarm, n)
     level = special.gammainccinv(n, false_alarm)
     if swerling == 0:
@@ -139,10 +139,10 @@ def required_snr_db(p_d: ArrayLike, p_fa: ArrayLike, swerling: int = 1, *, looks
         If a probability is not inside 0 to 1, `p_d` not above `p_fa`, or another argument wrong as in
         `detection_probability`.
     """
-    wanted, false_alarm = probability("p_d", p_d), probability("p_fa", p_fa)
+    wanted, false_alarm = checked("p_d", p_d, UNSURE), checked("p_fa", p_fa, UNSURE)
     if not np.all(wanted > false_alarm):
         raise ValueError("p_d must be more than p_fa")
-    shape = np.broadcast_shapes(wanted.shape, false_alarm.shape, count("looks", looks).shape)
+    shape = np.broadcast_shapes(wanted.shape, false_alarm.shape, checked("looks", looks, COUNT).shape)
     low, high = np.full(shape, _LOWEST_DB), np.full(shape, _HIGHEST_DB)
     for _ in range(_BISECTIONS):
         middle = 0.5 * (low + high)

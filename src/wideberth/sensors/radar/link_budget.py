@@ -7,7 +7,7 @@ Signal-to-noise ratios are those of one channel and one sweep unless a gain is a
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wideberth.sensors.argument_checks import FloatArray, choice, count, finite, positive
+from wideberth.argument_checks import COUNT, FINITE, POSITIVE, FloatArray, checked, choice
 from wideberth.sensors.radar.config import RadarConfig
 
 BOLTZMANN = 1.380649e-23
@@ -60,7 +60,7 @@ def snr_db(
     ValueError
         If a range or cross-section is not finite and positive, or an angle not finite.
     """
-    distance = positive("range_m", range_m)
+    distance = checked("range_m", range_m, POSITIVE)
     return _snr_at_a_metre(rcs_m2, config, azimuth, elevation) - 40.0 * np.log10(distance)
 
 
@@ -94,12 +94,12 @@ def max_range(
     ValueError
         If a cross-section is not finite and positive, or another value not finite.
     """
-    required = finite("required_snr_db", required_snr_db)
+    required = checked("required_snr_db", required_snr_db, FINITE)
     return np.asarray(10.0 ** ((_snr_at_a_metre(rcs_m2, config, azimuth, elevation) - required) / 40.0))
 
 
 def _snr_at_a_metre(rcs_m2: ArrayLike, config: RadarConfig, azimuth: ArrayLike, elevation: ArrayLike) -> FloatArray:
-    rcs = positive("rcs_m2", rcs_m2)
+    rcs = checked("rcs_m2", rcs_m2, POSITIVE)
     constant = config.transmit_power_w * config.wavelength**2 / ((4.0 * np.pi) ** 3 * noise_power(config))
     gains = config.transmit_gain_dbi + config.receive_gain_dbi - config.losses_db
     on_boresight = 10.0 * np.log10(constant) + 10.0 * np.log10(rcs) + gains
@@ -133,7 +133,7 @@ def pattern_loss_db(azimuth: ArrayLike, elevation: ArrayLike, config: RadarConfi
         ("azimuth", azimuth, config.azimuth_beamwidth_deg),
         ("elevation", elevation, config.elevation_beamwidth_deg),
     ):
-        off = finite(name, angle)
+        off = checked(name, angle, FINITE)
         down_at_half_width = 10.0 * np.log10(2.0)
         loss = loss + (0.0 * off if width is None else down_at_half_width * (2.0 * off / np.radians(width)) ** 2)
     return np.asarray(loss)
@@ -157,7 +157,7 @@ def beamforming_gain_db(channels: ArrayLike) -> FloatArray:
     ValueError
         If a number is not whole and at least 1.
     """
-    return np.asarray(10.0 * np.log10(count("channels", channels)))
+    return np.asarray(10.0 * np.log10(checked("channels", channels, COUNT)))
 
 
 def averaging_gain_db(averages: ArrayLike, averaging: str = "noncoherent") -> FloatArray:
@@ -182,7 +182,7 @@ def averaging_gain_db(averages: ArrayLike, averaging: str = "noncoherent") -> Fl
         If a number is not whole and at least 1, or `averaging` another word.
     """
     choice("averaging", averaging, AVERAGINGS)
-    return np.asarray((10.0 if averaging == "coherent" else 5.0) * np.log10(count("averages", averages)))
+    return np.asarray((10.0 if averaging == "coherent" else 5.0) * np.log10(checked("averages", averages, COUNT)))
 
 
 def migration_loss_db(closing_speed: ArrayLike, config: RadarConfig) -> FloatArray:
@@ -207,7 +207,7 @@ def migration_loss_db(closing_speed: ArrayLike, config: RadarConfig) -> FloatArr
     ValueError
         If a speed is not finite.
     """
-    speed = np.abs(finite("closing_speed", closing_speed))
+    speed = np.abs(checked("closing_speed", closing_speed, FINITE))
     if config.migration_corrected:
         return np.zeros(speed.shape)
     crossed = speed * config.averages * config.sweep_time_ms * 1e-3 / config.range_bin

@@ -285,7 +285,7 @@ def dask_processes(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[by
         scheduler = start(
             "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)
         )
-        until(file.exists)
+        until(lambda: file.exists() and file.read_text().endswith("}"))
         address = json.loads(file.read_text())["address"]
         workers = [
             start("distributed.cli.dask_worker", address, "--no-nanny", "--nthreads", "1", "--host", "127.0.0.1")

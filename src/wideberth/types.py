@@ -91,6 +91,31 @@ class SensorHealth:
 
 
 @dataclass(frozen=True, slots=True)
+class DetectionModel:
+    """How probably a sensor sees an aircraft inside its field of view, against range.
+
+    Attributes
+    ----------
+    ranges : ndarray, shape (n,)
+        Increasing, m. Nearer than the first the first probability holds; beyond the last nothing is seen.
+    probabilities : ndarray, shape (n,)
+        Linear in between.
+    """
+
+    ranges: FloatArray
+    probabilities: FloatArray
+
+    def __post_init__(self) -> None:
+        ranges, probabilities = self.ranges, self.probabilities
+        if ranges.ndim != 1 or ranges.shape != probabilities.shape or not len(ranges):
+            raise ValueError(f"ranges {ranges.shape} and probabilities {probabilities.shape}: one each is needed")
+        if not (np.isfinite(ranges).all() and (np.diff(ranges) > 0.0).all() and ranges[0] >= 0.0):
+            raise ValueError("ranges must be finite, not negative, and increase")
+        if not ((probabilities >= 0.0) & (probabilities <= 1.0)).all():
+            raise ValueError("probabilities must lie in [0, 1]")
+
+
+@dataclass(frozen=True, slots=True)
 class Scan:
     """Measurements of one sensor over one step. An empty scan is information: the sensor lives and saw nothing.
 
@@ -104,6 +129,9 @@ class Scan:
         Kind of measurement. ``"adsb"``: z is (k, 6) = north, east, down, velocity north, east, down; NaN where a report
         lacks the element; R is the covariance of the *white* part of the error (the slowly varying part, from NACp, is
         the tracker's to add).
+        ``"radar"``: z is (k, 4) = range (m), azimuth (rad, clockwise from the sensor's forward axis), elevation (rad,
+        above its horizontal plane), range rate (m/s, positive opening); NaN where the sensor does not give the element;
+        R is diagonal.
     z : ndarray, shape (k, m)
     R : ndarray, shape (k, m, m)
     t_valid : ndarray, shape (k,)
@@ -116,6 +144,8 @@ class Scan:
     sensor_attitude : ndarray, shape (3, 3)
     field_of_view : tuple of float
         Azimuth and elevation half-widths, rad; (pi, pi/2) sees everything.
+    detection : DetectionModel or None
+        None where the sensor has not said it.
     health : SensorHealth or None
         How the sensor does at time `t`.
     """
@@ -132,6 +162,7 @@ class Scan:
     sensor_position: FloatArray = field(default_factory=lambda: np.zeros(3))
     sensor_attitude: FloatArray = field(default_factory=lambda: np.eye(3))
     field_of_view: tuple[float, float] = (np.pi, np.pi / 2)
+    detection: DetectionModel | None = None
     health: SensorHealth | None = None
 
 

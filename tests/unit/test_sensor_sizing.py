@@ -149,7 +149,7 @@ def test_the_files():
     ("table", "message"),
     [
         ({}, "sensor: kind: missing"),
-        ({"kind": "lidar"}, r"kind: there is no 'lidar' \(known: radar, adsb\)"),
+        ({"kind": "lidar"}, r"kind: there is no 'lidar' \(known: radar, ground_radar, adsb\)"),
         ({"kind": ["radar"]}, "kind: there is no"),
         ({"kind": "radar", "sweep_time_s": 0.002}, r"sweep_time_s: wrong unit: write sweep_time_ms = 2, not"),
         ({"kind": "radar", "bandwidth_khz": 5e5}, r"bandwidth_khz: wrong unit: write bandwidth_mhz, not"),

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wideberth.analysis.encounter_angle import collision_closing_speed
-from wideberth.analysis.sizing_config import AdsbSizingConfig, AircraftConfig, SensorConfig
+from wideberth.analysis.sizing_config import AdsbSizingConfig, AircraftConfig, GroundRadarConfig, SensorConfig
 from wideberth.argument_checks import FINITE, POSITIVE, FloatArray, checked
 from wideberth.sensors.confirmation import confirmation_range
 from wideberth.sensors.radar.coverage import confirmed_range
@@ -16,7 +16,7 @@ from wideberth.units import NAUTICAL_MILE
 BoolArray = NDArray[np.bool_]
 
 
-class RequiredRange(Protocol):
+class RequiredRangeFunction(Protocol):
     """The range at which an intruder must have a track so that the aircraft can still avoid it."""
 
     def __call__(self, bearing: FloatArray, intruder_speed: FloatArray, aircraft: AircraftConfig) -> FloatArray:
@@ -41,7 +41,7 @@ class Protection:
         On a collision course, m/s; not a number where there is none (one that passes near may still be possible).
     required_range, available_range, margin : ndarray, shape (b, s)
         What avoiding takes, what the sensor gives, and how much more that is, m. Where nothing is required, the
-        margin is what is available.
+        margin is what is available. What is available holds for the fastest of all courses from that bearing.
     protected : ndarray of bool, shape (b, s)
         Whether the margin is 0 or more.
     """
@@ -87,6 +87,29 @@ def closing_speed(bearing: ArrayLike, ownship_speed: ArrayLike, intruder_speed: 
     intruder = checked("intruder_speed", intruder_speed, POSITIVE)
     closing = collision_closing_speed(bearing, own, intruder)
     return np.asarray(np.where(closing > 1e-9 * own, closing, np.nan))
+
+
+def fastest_closing(bearing: FloatArray, ownship_speed: float, intruder_speed: FloatArray) -> FloatArray:
+    """Return the greatest speed at which an intruder at a bearing can close, on whatever course.
+
+    That is the course to where the ownship is now. Half of the intruder's speed is the least returned: a sensor's range
+    needs something that closes.
+
+    Parameters
+    ----------
+    bearing : ndarray
+        rad, clockwise from the ownship's nose.
+    ownship_speed : float
+        m/s.
+    intruder_speed : ndarray
+        m/s, positive.
+
+    Returns
+    -------
+    ndarray
+        m/s.
+    """
+    return np.maximum(intruder_speed + ownship_speed * np.cos(bearing), 0.5 * intruder_speed)
 
 
 def available_range(
@@ -149,7 +172,7 @@ def protected(
     bearings: ArrayLike,
     intruder_speeds: ArrayLike,
     *,
-    required_range: RequiredRange,
+    required_range: RequiredRangeFunction,
     rcs: ArrayLike = 1.0,
     ownship_speed: float | None = None,
 ) -> Protection:
@@ -164,7 +187,7 @@ def protected(
     intruder_speeds : array_like, shape (s,)
         m/s.
     required_range : callable
-        See `RequiredRange`.
+        See `RequiredRangeFunction`.
     rcs : array_like
         Radar cross-section of the intruders, m2; one, or one for each speed.
     ownship_speed : float or None
@@ -177,9 +200,11 @@ def protected(
     Raises
     ------
     ValueError
-        If a bearing is not finite, a speed or cross-section not finite and positive, an array not a list, or what
-        `required_range` returns negative or of another shape.
+        If a bearing is not finite, a speed or cross-section not finite and positive, an array not a list, what
+        `required_range` returns negative or of another shape, or the sensor on the ground (see `ground_sizing`).
     """
+    if isinstance(sensor, GroundRadarConfig):
+        raise ValueError("sensor: a radar on the ground protects a volume, not bearings: use ground_sizing")
     angles, speeds = checked("bearings", bearings, FINITE), checked("intruder_speeds", intruder_speeds, POSITIVE)
     for name, array in (("bearings", angles), ("intruder_speeds", speeds)):
         if array.ndim != 1 or array.size == 0:
@@ -197,8 +222,6 @@ def protected(
     if required.shape != closing.shape or np.any(required < 0.0):
         raise ValueError("required_range must return a number of 0 or more for each bearing and speed")
     required[np.isnan(required)] = 0.0
-    # Without a collision course: as fast as one that flies at where the ownship is now.
-    towards = np.maximum(grid_speed + own * np.cos(grid_angle), 0.1 * grid_speed)
-    available = available_range(sensor, grid_angle, np.where(np.isnan(closing), towards, closing), rcs=section)
+    available = available_range(sensor, grid_angle, fastest_closing(grid_angle, own, grid_speed), rcs=section)
     margin = available - required
     return Protection(angles, speeds, closing, required, available, margin, margin >= 0.0)

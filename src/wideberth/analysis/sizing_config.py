@@ -1,7 +1,7 @@
 """The files of `sizing/`: a sensor and an aircraft of which to ask whether the one protects the other."""
 
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -36,8 +36,43 @@ class AdsbSizingConfig(AdsbErrorConfig):
         return self
 
 
+class GroundRadarConfig(RadarConfig):
+    """A radar on the ground; by default a planar array that looks straight up and forms beams over the whole sky.
+
+    Boresights are clockwise from north. The other defaults are those of the simulated radar of the thesis (4.5): 5 kW,
+    4 by 4 channels, 20 averages.
+
+    Attributes
+    ----------
+    ceiling_m : float or None
+        Height above the radar that nobody comes down from, such as a floor of controlled airspace. The surveillance
+        volume is then an upright cylinder of this height; None: a hemisphere.
+    """
+
+    sweep_time_ms: float = Field(default=2.0, gt=0.0)
+    if_bandwidth_mhz: float = Field(default=1.024, gt=0.0)
+    transmit_power_w: float = Field(default=5000.0, gt=0.0)
+    channels: int = Field(default=16, ge=1, le=256)
+    averages: int = Field(default=20, ge=1, le=4096)
+    false_alarm_probability: float = Field(default=0.1, ge=1e-15, le=0.5)
+    azimuth_fov_deg: float = Field(default=360.0, gt=0.0, le=360.0)
+    elevation_fov_deg: float = Field(default=180.0, gt=0.0, le=180.0)
+    azimuth_beamwidth_deg: float | None = Field(default=None, gt=0.0, le=360.0)
+    elevation_beamwidth_deg: float | None = Field(default=None, gt=0.0, le=360.0)
+    boresight_elevation_deg: float = Field(default=90.0, ge=-90.0, le=90.0)
+    ceiling_m: float | None = Field(default=None, gt=0.0)
+
+
 SensorConfig = RadarConfig | AdsbSizingConfig
-SENSORS: dict[str, type[RadarConfig] | type[AdsbSizingConfig]] = {"radar": RadarConfig, "adsb": AdsbSizingConfig}
+SENSORS: dict[str, type[RadarConfig] | type[AdsbSizingConfig]] = {
+    "radar": RadarConfig,
+    "ground_radar": GroundRadarConfig,
+    "adsb": AdsbSizingConfig,
+}
+
+Escape = Literal["turn", "climb", "slow_down"]
+Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
+FOLDER = Path("sizing")
 
 
 class AircraftConfig(PartConfig):
@@ -58,6 +93,14 @@ class AircraftConfig(PartConfig):
         From a confirmed track to the start of the turn, t_c in the thesis: deciding, planning, sending.
     safety_radius_m : float
         Least distance that an intruder may come to.
+    safety_height_m : float
+        Height of the safety volume, h_s in the thesis; climbing or descending must gain half of it.
+    escapes : tuple of {"turn", "climb", "slow_down"}
+        What it may do, all to be had at any time: turn to either side, climb or descend, go to its least speed.
+    turn_fractions : tuple of float
+        It may turn by these fractions of `turn_deg`, whichever is best; by default always by all of it.
+    vertical_acceleration_mps2, acceleration_mps2 : float
+        With which it takes up a climb or descent, and with which it slows down.
     """
 
     name: str = Field(default="aircraft", min_length=1)
@@ -72,6 +115,11 @@ class AircraftConfig(PartConfig):
     turn_deg: float = Field(default=90.0, gt=0.0, le=180.0)
     decision_time_s: float = Field(default=5.0, ge=0.0)
     safety_radius_m: float = Field(default=152.4, gt=0.0)
+    safety_height_m: float = Field(default=60.96, gt=0.0)
+    escapes: tuple[Escape, ...] = Field(default=("turn",), min_length=1, max_length=3)
+    turn_fractions: tuple[Fraction, ...] = Field(default=(1.0,), min_length=1, max_length=8)
+    vertical_acceleration_mps2: float = Field(default=2.0, gt=0.0)
+    acceleration_mps2: float = Field(default=2.0, gt=0.0)
 
     @model_validator(mode="after")
     def _speeds_in_order(self) -> Self:
@@ -93,6 +141,33 @@ class AircraftConfig(PartConfig):
             "max_bank_rate": self.roll_rate_max_deg_s * DEGREE,
             "roll_time_constant": self.roll_time_constant_s,
         }
+
+
+def find_sizing_file(given: str, folder: Path = FOLDER) -> Path:
+    """Return the file of a sensor or aircraft: a path, or the bare name of a file in `folder`.
+
+    Parameters
+    ----------
+    given : str
+    folder : Path
+
+    Raises
+    ------
+    InputError
+        If there is no such file.
+    """
+    path = Path(given)
+    if path.is_file():
+        return path
+    if path.name == given:
+        inside = folder / (given if path.suffix == ".toml" else f"{given}.toml")
+        if inside.is_file():
+            return inside
+        known = ", ".join(sorted(p.stem for p in folder.glob("*.toml"))) or f"none: there is no {folder} folder here"
+        raise InputError(
+            f"{given}: no such sensor or aircraft; give the path of a TOML file, or a name in {folder} ({known})"
+        )
+    raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
 
 
 def build_sensor(table: dict[str, Any], source: str = "sensor") -> SensorConfig:

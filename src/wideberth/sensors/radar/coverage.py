@@ -15,6 +15,8 @@ from wideberth.sensors.radar.link_budget import (
     snr_db,
 )
 
+_TARGETS_AT_ONCE = 200
+
 
 def looks_and_gain_db(config: RadarConfig) -> tuple[int, float]:
     """Return of how many powers the threshold is put to the mean, and the gain of each over one channel and sweep.
@@ -165,7 +167,16 @@ def confirmed_range(
     found = np.zeros(visible.shape)
     if not visible.any():
         return found
-    rcs, speed, off, up = rcs[visible], speed[visible], off[visible], up[visible]
+    # Targets left and right of the nose are alike. Slow ones take many more scans: each group is scanned on its own.
+    angles = np.round(np.abs(np.stack([off[visible], up[visible]])), 12)
+    cells, where = np.unique(np.stack([speed[visible], rcs[visible], *angles]), axis=1, return_inverse=True)
+    groups = np.array_split(cells, max(1, cells.shape[1] // _TARGETS_AT_ONCE), axis=1)
+    found[visible] = np.concatenate([_confirmed(v, s, a, e, config) for v, s, a, e in groups])[where.reshape(-1)]
+    return found
+
+
+def _confirmed(speed: FloatArray, rcs: FloatArray, off: FloatArray, up: FloatArray, config: RadarConfig) -> FloatArray:
+    """Return the ranges of `confirmed_range`, of targets in the field of view, shape (targets,)."""
     noise = 0.0 if config.snr_threshold_db is not None else config.false_alarm_probability
 
     def p_target(ranges: FloatArray) -> FloatArray:
@@ -182,8 +193,7 @@ def confirmed_range(
         window=config.confirm_window,
         confirmed_with=config.confirmation_probability,
     )
-    found[visible] = np.maximum(confirmed - speed * config.confirm_time_s, 0.0)
-    return found
+    return np.maximum(confirmed - speed * config.confirm_time_s, 0.0)
 
 
 def off_boresight(

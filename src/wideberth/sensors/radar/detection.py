@@ -70,7 +70,7 @@ def detection_probability(snr_db: ArrayLike, p_fa: ArrayLike, swerling: int = 1,
     snr = 10.0 ** (np.clip(checked("snr_db", snr_db, FINITE), _LOWEST_DB, _HIGHEST_DB) / 10.0)
     false_alarm = checked("p_fa", p_fa, UNSURE)
     n = checked("looks", looks, COUNT)
-    snr, false_alarm, n = np.broadcast_arrays(snr, false_alarm, n)
+    # Not broadcast: one threshold is usually for many ratios, and it is slow to find.
     level = special.gammainccinv(n, false_alarm)
     if swerling == 0:
         return np.asarray(_steady(snr, false_alarm, n, level))

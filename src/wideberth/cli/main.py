@@ -8,7 +8,20 @@ import typer
 from wideberth.cli.errors import guarded
 
 # Each is a module of this package with a function of the same name.
-COMMANDS = ("run", "replay", "compare", "tracks", "missions", "montecarlo", "config", "tlos", "range", "size", "warmup")
+COMMANDS = (
+    "run",
+    "replay",
+    "compare",
+    "track",
+    "tracks",
+    "missions",
+    "montecarlo",
+    "config",
+    "tlos",
+    "range",
+    "size",
+    "warmup",
+)
 
 app = typer.Typer(
     name="wideberth",

@@ -52,7 +52,10 @@ def tracks(
     ] = "auto",
     out: Annotated[Path, typer.Option(help="Parquet file to write.")] = Path("tracks.parquet"),
 ) -> None:
-    """Track the aircraft of a recording and write one row per track and second."""
+    """Track the aircraft of an ADS-B recording and write one row per track and second.
+
+    For files of radar plots there is `wideberth track`.
+    """
     from rich.console import Console
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 

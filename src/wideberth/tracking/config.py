@@ -89,3 +89,46 @@ class AdsbKalmanConfig(PartConfig):
     restart_rejects: int = Field(default=5, ge=1)
     speed_max_mps: float = Field(default=350.0, gt=0.0)
     hover_speed_mps: float = Field(default=1.5, ge=0.0)
+
+
+class OwnshipConfig(PartConfig):
+    """How a radar's track of the ownship is told from intruders by telemetry (thesis 4.2; see `ownship_kernels`).
+
+    Attributes
+    ----------
+    window_s : float
+        Time constant of the running mean of the chi-square.
+    settle_s : float
+        A track is watched for this long before it can be the ownship.
+    miss_rate : float
+        Chance that telemetry is held not to explain the ownship's own track.
+    false_alarm_rate : float
+        Chance that another aircraft's track is taken as the ownship, if traffic is spread as set below: with
+        `miss_rate` it sets the odds that are asked for, against such traffic and against the next best track. It does
+        not hold for an aircraft that flies along with an ownship which has no track: nothing tells the two apart.
+    traffic_radius_m : float
+        Other traffic is taken as spread evenly over a sphere of this radius around the ownship: smaller is more
+        cautious.
+    traffic_speed_sigma_mps, traffic_vertical_speed_sigma_mps : float
+        Spread of other traffic's velocity about the ownship's, on each horizontal axis and vertically.
+    position_sigma_m, altitude_sigma_m, velocity_sigma_mps, vertical_velocity_sigma_mps : float
+        Of telemetry, where it comes without a covariance.
+    acceleration_sigma_mps2 : float
+        What the ownship may do between telemetry and scan.
+    stale_after_s : float
+        Telemetry older than this is none.
+    """
+
+    window_s: float = Field(3.0, gt=0)
+    settle_s: float = Field(0.5, ge=0)
+    miss_rate: float = Field(1e-4, gt=0, lt=0.5)
+    false_alarm_rate: float = Field(3e-4, gt=0, lt=0.5)
+    traffic_radius_m: float = Field(50.0, gt=0)
+    traffic_speed_sigma_mps: float = Field(10.0, gt=0)
+    traffic_vertical_speed_sigma_mps: float = Field(3.0, gt=0)
+    position_sigma_m: float = Field(1.5, gt=0)
+    altitude_sigma_m: float = Field(3.0, gt=0)
+    velocity_sigma_mps: float = Field(0.2, gt=0)
+    vertical_velocity_sigma_mps: float = Field(0.3, gt=0)
+    acceleration_sigma_mps2: float = Field(2.0, ge=0)
+    stale_after_s: float = Field(1.0, gt=0)

@@ -120,7 +120,7 @@ def transition(model: int, dt: float, x: FloatArray, out: FloatArray) -> None:
 
 @jit_uncounted
 def add_process_noise(model: int, dt: float, q: FloatArray, p: FloatArray) -> None:
-    """Add to a covariance what white noise on the highest derivative makes of it over ``|dt|``.
+    """Add to a covariance what white noise on the highest derivative makes of it over `dt` (negative: backwards).
 
     Parameters
     ----------
@@ -135,7 +135,9 @@ def add_process_noise(model: int, dt: float, q: FloatArray, p: FloatArray) -> No
         Changed in place. The positions of the turning model get none: they follow from the other states.
     """
     t = abs(dt)
-    t2, t3 = t * t, t * t * t
+    t3 = t * t * t
+    # Backwards in time, what pushed the velocity up has left the position behind: odd cross terms change sign.
+    t2 = dt * t
     for i in range(3):
         if model == CONSTANT_VELOCITY:
             p[i, i] += q[i] * t3 / 3.0
@@ -144,9 +146,9 @@ def add_process_noise(model: int, dt: float, q: FloatArray, p: FloatArray) -> No
             p[3 + i, 3 + i] += q[i] * t
             continue
         if model == CONSTANT_ACCELERATION:
-            p[i, i] += q[i] * t2 * t3 / 20.0
-            p[i, 3 + i] += q[i] * t2 * t2 / 8.0
-            p[3 + i, i] += q[i] * t2 * t2 / 8.0
+            p[i, i] += q[i] * t * t * t3 / 20.0
+            p[i, 3 + i] += q[i] * t2 * t * t / 8.0
+            p[3 + i, i] += q[i] * t2 * t * t / 8.0
             p[i, 6 + i] += q[i] * t3 / 6.0
             p[6 + i, i] += q[i] * t3 / 6.0
         p[3 + i, 3 + i] += q[i] * t3 / 3.0

@@ -21,7 +21,7 @@ NEAR_M = 1e-6
 
 @jit_uncounted
 def wrap(angle: float) -> float:
-    """Return an angle difference in [-pi, pi)."""
+    """Return an angle difference in [-pi, pi] (pi itself only where rounding ends there)."""
     return (angle + math.pi) % (2.0 * math.pi) - math.pi
 
 

@@ -114,13 +114,13 @@ def minimum_detection_range(
     ----------
     method : {"tgvv", "gvv", "tt", "gt"}
     ownship_speed : array_like
-        m/s, positive.
+        m/s, at least 1e-6.
     intruder_speed : array_like
         m/s, not negative.
     safety_radius : array_like
         R_s, m.
     max_bank : array_like
-        rad, below pi/2.
+        rad, at least 1e-6 and below pi/2.
     computation_time : array_like
         t_c, s: from detection to the begin of the turn.
     turn_angle : array_like, optional

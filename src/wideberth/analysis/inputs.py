@@ -29,8 +29,9 @@ DOMAINS: Mapping[str, Domain] = MappingProxyType(
         "tailwind": FINITE,
         "crosswind": FINITE,
         # The ownship.
-        "ownship_speed": POSITIVE,
-        "max_bank": Domain(0.0, 0.5 * math.pi, "above 0 and below pi/2 (rad)", low_open=True, high_open=True),
+        # Far below these the turn would take more steps than can be waited for.
+        "ownship_speed": Domain(1e-6, math.inf, "positive (at least 1e-6 m/s) and finite"),
+        "max_bank": Domain(1e-6, 0.5 * math.pi, "at least 1e-6 and below pi/2 (rad)", high_open=True),
         "turn_angle": Domain(0.0, math.pi, "above 0 and at most pi (rad)", low_open=True),
         "max_bank_rate": POSITIVE_OR_INFINITE,
         "roll_time_constant": NOT_NEGATIVE,

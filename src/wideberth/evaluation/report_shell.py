@@ -44,6 +44,7 @@ padding-left:10px}
 tr.all td{font-weight:600}tr.all small{font-weight:400}
 footer{color:var(--muted);font-size:13px}@media print{body{background:none}ol{max-height:none}}
 """
+Cell = str  # HTML
 _MARKS = {
     "good": '<path d="M11 20.5l6 6 11-13" fill="none" stroke="currentColor" stroke-width="3.4" stroke-linecap="round"'
     ' stroke-linejoin="round"/>',
@@ -95,3 +96,28 @@ def notes_footer(notes: Sequence[str]) -> str:
     if not notes:
         return ""
     return f"<footer>{''.join(f'<p>{escape(note)}</p>' for note in notes)}</footer>"
+
+
+def table(head: Sequence[str], body: Sequence[Sequence[Cell]], *, text_columns: int = 1, total: bool = False) -> str:
+    """Return an HTML table; cells are HTML already.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Plain text.
+    body : sequence of sequences of str
+    text_columns : int
+        How many columns, from the left, hold text; the others hold numbers.
+    total : bool
+        Whether the last row sums up the others.
+    """
+    titles = "".join(f"<th{_right(i, text_columns)}>{escape(title)}</th>" for i, title in enumerate(head))
+    lines = []
+    for k, row in enumerate(body):
+        cells = "".join(f"<td{_right(i, text_columns)}>{cell}</td>" for i, cell in enumerate(row))
+        lines.append(f"<tr{' class=all' if total and k == len(body) - 1 else ''}>{cells}</tr>")
+    return f'<div class="scroll"><table><tr>{titles}</tr>{"".join(lines)}</table></div>'
+
+
+def _right(column: int, text_columns: int) -> str:
+    return "" if column < text_columns else ' class="n"'

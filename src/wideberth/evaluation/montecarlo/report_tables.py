@@ -6,36 +6,10 @@ from typing import Any
 
 from wideberth.evaluation.montecarlo import paper
 from wideberth.evaluation.montecarlo.experiment import Experiment
-from wideberth.evaluation.report_shell import number
+from wideberth.evaluation.report_shell import Cell, number, table
 
 Summary = Mapping[str, Any]
-Cell = str
 _DASH = "–"
-
-
-def table(head: Sequence[str], body: Sequence[Sequence[Cell]], *, text_columns: int = 1, total: bool = False) -> str:
-    """Return an HTML table; cells are HTML already.
-
-    Parameters
-    ----------
-    head : sequence of str
-        Plain text.
-    body : sequence of sequences of str
-    text_columns : int
-        How many columns, from the left, hold text; the others hold numbers.
-    total : bool
-        Whether the last row sums up the others.
-    """
-    titles = "".join(f"<th{_right(i, text_columns)}>{escape(title)}</th>" for i, title in enumerate(head))
-    lines = []
-    for k, row in enumerate(body):
-        cells = "".join(f"<td{_right(i, text_columns)}>{cell}</td>" for i, cell in enumerate(row))
-        lines.append(f"<tr{' class=all' if total and k == len(body) - 1 else ''}>{cells}</tr>")
-    return f'<div class="scroll"><table><tr>{titles}</tr>{"".join(lines)}</table></div>'
-
-
-def _right(column: int, text_columns: int) -> str:
-    return "" if column < text_columns else ' class="n"'
 
 
 def between(interval: Sequence[float] | None, digits: int, unit: str = "") -> Cell:

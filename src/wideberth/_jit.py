@@ -100,23 +100,27 @@ def _our_cache() -> Iterator[None]:
 
 
 _OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
-# An option that numba keeps for itself: where it has gone, kernels are only slower.
+# Options that numba keeps for itself: where they have gone, kernels are only slower.
 _COUNTED: dict[str, Any] = {"_nrt": True} if hasattr(DefaultOptions, "_nrt") else {}
 _UNCOUNTED: dict[str, Any] = {"_nrt": False} if _COUNTED else {}
+if hasattr(DefaultOptions, "forceinline"):
+    _COUNTED["forceinline"], _UNCOUNTED["forceinline"] = False, True
 
 
 def jit(function: Callable[P, R]) -> Callable[P, R]:
     """Compile a kernel: cached, without the interpreter lock, IEEE division (no exception on x / 0)."""
-    # Counting is asked for: else a kernel takes the option from the first one that calls it.
+    # The options are spelled out: else a kernel takes them from the first one that calls it.
     return _compiled(function, _COUNTED)
 
 
 def jit_uncounted(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile a kernel that neither makes nor copies arrays: references to those it is given are not counted.
+    """Compile a kernel that neither makes nor copies arrays: it becomes a part of the kernels that call it.
 
-    For kernels called at every step: counting is two atomic operations wherever an array is passed on, sliced or taken
-    out of a tuple, together up to half of the time. Who calls from Python or from a kernel by `jit` holds the arrays;
-    numba refuses to compile what makes one here (also the assignment of one array to a slice of another).
+    For kernels called at every step. An array is passed on as seven numbers and more, a tuple of arrays as hundreds,
+    through memory at every call: where calls are many that is most of the time, so they are inlined. References are
+    not counted either, which is two atomic operations wherever an array is passed on, sliced or taken out of a tuple.
+    Who calls from Python or from a kernel by `jit` holds the arrays; numba refuses to compile what makes one here (also
+    the assignment of one array to a slice of another).
     """
     return _compiled(function, _UNCOUNTED)
 

@@ -142,3 +142,17 @@ def test_kernels_that_do_not_count_neither_lose_nor_keep_references(package: Pat
         "except Exception: print('refused')"
     )
     assert run(package, tmp_path / "cache", code).splitlines() == ["{2.0} True [0.0, 1.0, 2.0]", "refused"]
+
+
+def test_kernels_that_do_not_count_are_inlined(package: Path, tmp_path: Path) -> None:
+    """Else all would only be slower, and nobody would notice."""
+    body = "".join(f"    x += math.sin(x / {n})\n" for n in range(1, 60))  # too long to be inlined unasked
+    code = (
+        "import re, mini.outer_kernels as k; k.twice(1.0); llvm = k.twice.inspect_llvm(k.twice.signatures[0])\n"
+        "print(re.search(r'call .*inner_kernels.*scale', llvm) is None)"
+    )
+    for decorator, inlined in (("jit", "False"), ("jit_uncounted", "True")):
+        (package / "inner_kernels.py").write_text(
+            f"import math\nfrom mini._jit import {decorator}\n\n\n@{decorator}\ndef scale(x):\n{body}    return x\n"
+        )
+        assert run(package, tmp_path / "cache", code) == inlined

@@ -12,7 +12,7 @@ from tests.naive.tracking import TwelveStates, discrete
 from tests.naive.tracking import output as naive_output
 from wideberth.tracking import kernels, output_kernels
 from wideberth.tracking.config import AdsbKalmanConfig
-from wideberth.tracking.filter_bank import FilterBank, spectral_density
+from wideberth.tracking.filter_bank import FilterBank, spectral_density, transition_tables
 from wideberth.tracking.motion import axis_model, model_tables
 
 FloatArray = NDArray[np.float64]
@@ -63,6 +63,14 @@ def test_spectral_density_gives_the_stationary_acceleration() -> None:
         p = phi @ p @ phi.T + q
     assert math.isclose(p[2, 2], 4.0, rel_tol=1e-6)
     assert spectral_density(2.0, None, 2.0, 1e-3) == 1e-3
+
+
+def test_tables_are_made_once_for_the_same_settings() -> None:
+    phi, q = transition_tables(AdsbKalmanConfig())
+    again, other = transition_tables(AdsbKalmanConfig()), transition_tables(AdsbKalmanConfig(step_s=0.05))
+    assert again[0] is phi and again[1] is q
+    # Twice as many steps of half the length: the even ones are the same times.
+    assert np.allclose(other[0][:, 1::2], phi, rtol=1e-9) and np.allclose(other[1][:, 1::2], q, rtol=1e-6)
 
 
 def start(rng: np.random.Generator) -> tuple[FloatArray, FloatArray]:

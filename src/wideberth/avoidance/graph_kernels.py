@@ -92,16 +92,22 @@ def fly_edge(
     stride = 2 if k_start * dt >= FINE_TIME and n_steps % 2 == 0 else 1
     grid = dt
     dt = stride * grid
+    most = limits[TURN_RATE] * dt
+    turn = wrap(course_target - course)  # still to be flown
+    flown = course
+    vn, ve = speed * math.cos(course), speed * math.sin(course)
     for step in range(1, n_steps // stride + 1):
         middle = course
         if step * dt > delay:
-            most = limits[TURN_RATE] * dt
-            change = max(-most, min(most, wrap(course_target - course)))
+            change = max(-most, min(most, turn))
             middle = course + 0.5 * change
             course += change
+            turn -= change
+        if middle != flown:  # most of an edge is flown straight
+            flown = middle
+            vn, ve = speed * math.cos(middle), speed * math.sin(middle)
         wanted = max(-limits[SINK_MAX], min(limits[CLIMB_MAX], (pd - down_target) / (2.0 * dt)))
         climb += max(-limits[CLIMB_ACCELERATION] * dt, min(limits[CLIMB_ACCELERATION] * dt, wanted - climb))
-        vn, ve = speed * math.cos(middle), speed * math.sin(middle)
         pn += vn * dt
         pe += ve * dt
         pd -= climb * dt

@@ -398,7 +398,7 @@ def cost_beyond(
 @jit_uncounted
 def wrap(angle: float) -> float:
     """Return the angle in [-pi, pi)."""
-    return (angle + math.pi) % (2.0 * math.pi) - math.pi
+    return angle - 2.0 * math.pi * math.floor((angle + math.pi) / (2.0 * math.pi))
 
 
 @jit_uncounted

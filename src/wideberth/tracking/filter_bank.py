@@ -1,5 +1,6 @@
 """Storage of many ADS-B filters side by side, and the models they share."""
 
+import functools
 import math
 from collections.abc import Sequence
 
@@ -39,6 +40,30 @@ def spectral_density(
     return 2.0 * acceleration_sigma**2 * (acceleration_time_constant + jerk_time_constant) / product**2
 
 
+@functools.lru_cache(maxsize=64)
+def transition_tables(config: AdsbKalmanConfig) -> tuple[FloatArray, FloatArray]:
+    """Return transitions and process noises over 1 to m steps, of the horizontal axes and of the vertical one.
+
+    They are kept, since a Monte Carlo asks for the same ones with each block of encounters: not to be written to.
+
+    Parameters
+    ----------
+    config : AdsbKalmanConfig
+
+    Returns
+    -------
+    phi, q : ndarray, shape (2, m, 4, 4)
+    """
+    times = (config.acceleration_time_constant_s, config.jerk_time_constant_s)
+    taus = tuple(math.inf if tau is None else tau for tau in times)
+    count = max(1, round(_TABLE_SECONDS / config.step_s))
+    tables = []
+    for sigma in (config.acceleration_sigma_mps2, config.vertical_acceleration_sigma_mps2):
+        density = spectral_density(sigma, *times, config.jerk_noise_m2_per_s7)
+        tables.append(model_tables(*axis_model(config.step_s, density, *taus), count))
+    return np.stack([table[0] for table in tables]), np.stack([table[1] for table in tables])
+
+
 class FilterBank:
     """States and covariances of all filters, by slot.
 
@@ -61,15 +86,7 @@ class FilterBank:
         self.dt = config.step_s
         self._latency = config.latency_sigma_s
         self._gate = config.gate_mahalanobis
-        times = (config.acceleration_time_constant_s, config.jerk_time_constant_s)
-        taus = tuple(math.inf if tau is None else tau for tau in times)
-        count = max(1, round(_TABLE_SECONDS / self.dt))
-        tables = []
-        for sigma in (config.acceleration_sigma_mps2, config.vertical_acceleration_sigma_mps2):
-            density = spectral_density(sigma, *times, config.jerk_noise_m2_per_s7)
-            tables.append(model_tables(*axis_model(self.dt, density, *taus), count))
-        self.phi = np.stack([table[0] for table in tables])
-        self.q = np.stack([table[1] for table in tables])
+        self.phi, self.q = transition_tables(config)
         self.x = np.zeros((0, 3, 4))
         self.p = np.zeros((0, 3, 4, 4))
         self.last = np.zeros(0, np.int64)

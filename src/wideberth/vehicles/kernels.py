@@ -51,11 +51,31 @@ def clip(value: float, low: float, high: float) -> float:
 
 
 @jit_uncounted
+def air_speed_level(x: FloatArray) -> float:
+    """Return the horizontal part of the airspeed, m/s."""
+    return math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
+
+
+@jit_uncounted
+def velocity_level(x: FloatArray, wind: FloatArray) -> tuple[float, float]:
+    """Return the horizontal velocity over ground, north and east, m/s."""
+    horizontal = air_speed_level(x)
+    return horizontal * math.cos(x[HEADING]) + wind[0], horizontal * math.sin(x[HEADING]) + wind[1]
+
+
+@jit_uncounted
+def ground_speed(x: FloatArray, wind: FloatArray) -> float:
+    """Return the speed over ground, m/s."""
+    if wind[0] == 0.0 and wind[1] == 0.0:
+        return air_speed_level(x)
+    vn, ve = velocity_level(x, wind)
+    return math.sqrt(vn * vn + ve * ve)
+
+
+@jit_uncounted
 def ground_velocity(x: FloatArray, wind: FloatArray, out: FloatArray) -> None:
     """Write the velocity over ground (3), NED, of a state into `out`."""
-    horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
-    out[0] = horizontal * math.cos(x[HEADING]) + wind[0]
-    out[1] = horizontal * math.sin(x[HEADING]) + wind[1]
+    out[0], out[1] = velocity_level(x, wind)
     out[2] = wind[2] - x[CLIMB]
 
 
@@ -64,32 +84,38 @@ def course_over_ground(x: FloatArray, wind: FloatArray) -> float:
     """Return the course (rad); the heading where the aircraft stands still over ground."""
     if wind[0] == 0.0 and wind[1] == 0.0:
         return float(x[HEADING])
-    horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
-    vn = horizontal * math.cos(x[HEADING]) + wind[0]
-    ve = horizontal * math.sin(x[HEADING]) + wind[1]
+    vn, ve = velocity_level(x, wind)
     if vn * vn + ve * ve < 1e-6:
         return float(x[HEADING])
     return math.atan2(ve, vn)
 
 
 @jit_uncounted
-def point_mass_step(x: FloatArray, u: FloatArray, wind: FloatArray, p: FloatArray, dt: float) -> None:
-    """Advance the state by `dt` seconds, in place.
+def lag_shares(p: FloatArray, dt: float) -> tuple[float, float, float]:
+    """Return which share of their changes airspeed, climb rate and bank make in `dt` seconds, as first-order lags."""
+    return -math.expm1(-dt / p[P_TAU_SPEED]), -math.expm1(-dt / p[P_TAU_CLIMB]), -math.expm1(-dt / p[P_TAU_BANK])
+
+
+@jit_uncounted
+def move_point_mass(
+    x: FloatArray, u: FloatArray, wind: FloatArray, p: FloatArray, dt: float, shares: tuple[float, float, float]
+) -> None:
+    """Advance the state by `dt` seconds, in place; `shares` are those of `lag_shares`.
 
     Speed, bank and climb rate follow their commands as first-order lags with limited rates, solved exactly over the
     step; heading and position then use the mean of the old and the new values (second order, stable to 0.5 s).
     """
     speed0, heading0, bank0, climb0 = x[AIRSPEED], x[HEADING], x[BANK], x[CLIMB]
 
-    change = (clip(u[0], p[P_SPEED_MIN], p[P_SPEED_MAX]) - speed0) * -math.expm1(-dt / p[P_TAU_SPEED])
+    change = (clip(u[0], p[P_SPEED_MIN], p[P_SPEED_MAX]) - speed0) * shares[0]
     speed = speed0 + clip(change, -p[P_ACCEL_MAX] * dt, p[P_ACCEL_MAX] * dt)
 
-    change = (clip(u[2], -p[P_SINK_MAX], p[P_CLIMB_MAX]) - climb0) * -math.expm1(-dt / p[P_TAU_CLIMB])
+    change = (clip(u[2], -p[P_SINK_MAX], p[P_CLIMB_MAX]) - climb0) * shares[1]
     climb = climb0 + clip(change, -p[P_VERTICAL_ACCEL_MAX] * dt, p[P_VERTICAL_ACCEL_MAX] * dt)
 
     error = wrap_angle(u[1] - course_over_ground(x, wind))
     wanted = math.atan(p[P_COURSE_GAIN] * error * speed0 / GRAVITY)
-    change = (clip(wanted, -p[P_BANK_MAX], p[P_BANK_MAX]) - bank0) * -math.expm1(-dt / p[P_TAU_BANK])
+    change = (clip(wanted, -p[P_BANK_MAX], p[P_BANK_MAX]) - bank0) * shares[2]
     bank = bank0 + clip(change, -p[P_BANK_RATE_MAX] * dt, p[P_BANK_RATE_MAX] * dt)
 
     mean_speed = 0.5 * (speed0 + speed)
@@ -104,6 +130,12 @@ def point_mass_step(x: FloatArray, u: FloatArray, wind: FloatArray, p: FloatArra
     x[HEADING] = wrap_angle(heading0 + turn)
     x[BANK] = bank
     x[CLIMB] = climb
+
+
+@jit_uncounted
+def point_mass_step(x: FloatArray, u: FloatArray, wind: FloatArray, p: FloatArray, dt: float) -> None:
+    """Advance the state by `dt` seconds, in place: see `move_point_mass`."""
+    move_point_mass(x, u, wind, p, dt, lag_shares(p, dt))
 
 
 @jit_uncounted
@@ -151,10 +183,7 @@ def waypoint_passed(x: FloatArray, waypoints: FloatArray, index: int, p: FloatAr
         remaining = dn * qn + de * qe
         if remaining > 0.5 * length:
             return False  # no turn is anticipated by more than half of the leg
-    horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
-    speed = horizontal
-    if wind[0] != 0.0 or wind[1] != 0.0:
-        speed = math.hypot(horizontal * math.cos(x[HEADING]) + wind[0], horizontal * math.sin(x[HEADING]) + wind[1])
+    speed = ground_speed(x, wind)
     radius = turn_radius(max(speed, x[AIRSPEED]), p[P_BANK_MAX])
     if start < 0:
         return math.hypot(dn, de) <= 1.5 * radius
@@ -194,10 +223,6 @@ def follow_path(
         index += 1
     target = min(index, n - 1)
     start = leg_start(waypoints, target)
-    horizontal = math.sqrt(max(x[AIRSPEED] ** 2 - x[CLIMB] ** 2, 0.0))
-    vn = horizontal * math.cos(x[HEADING]) + wind[0]
-    ve = horizontal * math.sin(x[HEADING]) + wind[1]
-    ground_speed = math.sqrt(vn * vn + ve * ve)
     dn, de = waypoints[target, 0] - x[NORTH], waypoints[target, 1] - x[EAST]
     altitude = -waypoints[target, 2]
     slope = 0.0
@@ -212,17 +237,21 @@ def follow_path(
         if remaining <= 0.0 and index < n:
             course = math.atan2(de, dn)
         else:
-            offset = math.atan(p[P_PATH_GAIN] / max(ground_speed, 1.0) * cross)
+            offset = math.atan(p[P_PATH_GAIN] / max(ground_speed(x, wind), 1.0) * cross)
             course = math.atan2(qe, qn) - p[P_CHI_INF] * 2.0 / math.pi * offset
         if 0.0 < remaining < length:
             slope = (waypoints[start, 2] - waypoints[target, 2]) / length
         altitude -= (altitude + waypoints[start, 2]) * clip(remaining / length, 0.0, 1.0)
-        slope *= max(vn * qn + ve * qe, 0.0)
+        if slope != 0.0:
+            vn, ve = velocity_level(x, wind)
+            slope *= max(vn * qn + ve * qe, 0.0)
     climb = clip(slope + p[P_ALTITUDE_GAIN] * (altitude + x[DOWN]), -p[P_SINK_MAX], p[P_CLIMB_MAX])
-    # The air velocity that, with the wind, gives the wanted ground speed along the commanded course.
-    an = speeds[target] * math.cos(course) - wind[0]
-    ae = speeds[target] * math.sin(course) - wind[1]
-    u[0] = clip(math.sqrt(an * an + ae * ae + climb * climb), p[P_SPEED_MIN], p[P_SPEED_MAX])
+    air_speed = speeds[target]
+    if wind[0] != 0.0 or wind[1] != 0.0:
+        # The air velocity that, with the wind, gives the wanted ground speed along the commanded course.
+        an, ae = air_speed * math.cos(course) - wind[0], air_speed * math.sin(course) - wind[1]
+        air_speed = math.sqrt(an * an + ae * ae)
+    u[0] = clip(math.sqrt(air_speed * air_speed + climb * climb), p[P_SPEED_MIN], p[P_SPEED_MAX])
     u[1] = course
     u[2] = climb
     return index
@@ -257,9 +286,10 @@ def fly_path(
     """
     x = x0.copy()
     u = np.empty(3)
+    shares = lag_shares(p, dt)  # the same in all steps
     for k in range(n_steps):
         index = follow_path(x, waypoints, speeds, index, p, wind, u)
-        point_mass_step(x, u, wind, p, dt)
+        move_point_mass(x, u, wind, p, dt, shares)
         for i in range(N_STATES):
             out_states[k, i] = x[i]
     return index

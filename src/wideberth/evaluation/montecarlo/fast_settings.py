@@ -25,7 +25,7 @@ from wideberth.tracking import life_kernels as lk
 from wideberth.tracking.adsb_aircraft import REJECT_MEMORY_SECONDS, SPEED_SIGMA_UNKNOWN, accuracy_of
 from wideberth.tracking.adsb_kalman import AdsbKalmanTracker
 from wideberth.tracking.config import AdsbKalmanConfig
-from wideberth.tracking.filter_bank import FilterBank
+from wideberth.tracking.filter_bank import transition_tables
 from wideberth.types import FloatArray, SourceInfo
 from wideberth.units import FOOT, FOOT_PER_MINUTE, KNOT, NAUTICAL_MILE
 from wideberth.vehicles import kernels as vk
@@ -164,7 +164,7 @@ def scoring_array(experiment: Experiment) -> FloatArray:
 def _sensing(sensor: AdsbErrorConfig, tracker: AdsbKalmanConfig) -> sk.SensingSettings:
     info = SourceInfo(nacp=sensor.nacp, nacv=sensor.nacv, nic=sensor.nic, sil=sensor.sil, sda=sensor.sda)
     position_sigma, sigma_v, bound = accuracy_of(info, tracker)
-    bank = FilterBank(tracker)
+    phi, q = transition_tables(tracker)
     noise = sensor.noise
     numbers = np.zeros(sk.N_SENSING)
     numbers[sk.INTERVAL], numbers[sk.JITTER] = sensor.interval_s, sensor.interval_jitter_s
@@ -190,8 +190,8 @@ def _sensing(sensor: AdsbErrorConfig, tracker: AdsbKalmanConfig) -> sk.SensingSe
         errors=error_parameters(sensor),
         numbers=numbers,
         variances=measurement_covariance((info,), noise, np.zeros(1))[0].diagonal()[None].copy(),
-        phi=bank.phi,
-        q=bank.q,
+        phi=phi,
+        q=q,
         bias=np.array([position_sigma**2, (tracker.altitude_bias_sigma_ft * FOOT) ** 2]),
         track=track,
     )

@@ -132,3 +132,94 @@ class OwnshipConfig(PartConfig):
     vertical_velocity_sigma_mps: float = Field(0.3, gt=0)
     acceleration_sigma_mps2: float = Field(2.0, ge=0)
     stale_after_s: float = Field(1.0, gt=0)
+
+
+class RegistrationConfig(PartConfig):
+    """What may be wrong with radars, and how their biases are estimated (`wideberth.tracking.registration`).
+
+    The first nine are standard deviations before anything is known; 0: this is taken as right and not estimated.
+
+    Attributes
+    ----------
+    range_sigma_m, azimuth_sigma_deg, elevation_sigma_deg : float
+        Offsets of the measurements. The elevation of a radar that does not measure it is left out by itself.
+    range_scale_sigma : float
+        Relative error of the range.
+    roll_sigma_deg, pitch_sigma_deg : float
+        Tilt of the radar's axes; differs from an elevation offset only for a radar that sees all around.
+    position_sigma_m, height_sigma_m : float
+        North and east, and down.
+    clock_sigma_s : float
+    drift_time_constant_h : float
+        Biases wander within their standard deviations with this time constant (Gauss-Markov).
+    pair_age_s : float
+        Plots of two radars this far apart in time are still compared.
+    velocity_sigma_mps : float
+        Added to the uncertainty of a track's velocity, by which plots are brought to one time.
+    track_height_sigma_m : float
+        Added to the uncertainty of a track's height, which plots without elevation need: that height has biases in it.
+    gate_mahalanobis : float
+        Largest Mahalanobis distance of two plots of one aircraft.
+    reference_correlation_s : float
+        Time constant of the errors of reference positions (satellite navigation errs slowly); 0 takes them as white.
+    suspect_window : int
+        Comparisons of two radars over which agreement is judged.
+    suspect_share : float
+        If more than this share of them is beyond the gate, a radar has been moved and its biases start again.
+    pose_jump_m, pose_jump_deg : float
+        A fixed radar whose told pose changes by more starts again.
+    moving_radars : tuple of str
+        Radars on board of something: their told pose may change.
+    """
+
+    range_sigma_m: float = Field(default=20.0, ge=0.0)
+    range_scale_sigma: float = Field(default=0.0, ge=0.0, le=0.5)
+    azimuth_sigma_deg: float = Field(default=3.0, ge=0.0, le=45.0)
+    elevation_sigma_deg: float = Field(default=1.5, ge=0.0, le=45.0)
+    roll_sigma_deg: float = Field(default=0.0, ge=0.0, le=45.0)
+    pitch_sigma_deg: float = Field(default=0.0, ge=0.0, le=45.0)
+    position_sigma_m: float = Field(default=0.0, ge=0.0)
+    height_sigma_m: float = Field(default=0.0, ge=0.0)
+    clock_sigma_s: float = Field(default=0.0, ge=0.0)
+    drift_time_constant_h: float = Field(default=200.0, gt=0.0)
+    pair_age_s: float = Field(default=1.0, gt=0.0)
+    velocity_sigma_mps: float = Field(default=1.0, ge=0.0)
+    track_height_sigma_m: float = Field(default=150.0, ge=0.0)
+    gate_mahalanobis: float = Field(default=4.0, gt=0.0)
+    reference_correlation_s: float = Field(default=60.0, ge=0.0)
+    suspect_window: int = Field(default=10, ge=5)
+    suspect_share: float = Field(default=0.7, gt=0.0, lt=1.0)
+    pose_jump_m: float = Field(default=5.0, gt=0.0)
+    pose_jump_deg: float = Field(default=1.0, gt=0.0)
+    moving_radars: tuple[str, ...] = ()
+
+
+class RadarNetworkConfig(PartConfig):
+    """A network of radars in front of one tracker (`wideberth.tracking.radar_network`).
+
+    Attributes
+    ----------
+    registration : RegistrationConfig
+    silent_after_s : float
+        A radar without a scan for this long is silent.
+    handover_after_s : float
+        A track is handed over when the radar that fed it has not seen it for this long and another has.
+    blind_after_expected : float
+        A radar is blind that has seen nothing where by its detection model this many plots were to be expected.
+    near_track_m : float
+        A plot feeds a track if it is within this distance, beside its uncertainty.
+    known_share : float
+        A bias is known, and said, when its standard deviation is below this share of what it was before.
+    range_limit_m, azimuth_limit_deg, elevation_limit_deg : float
+        A bias that is beyond for sure is an alarm.
+    """
+
+    registration: RegistrationConfig = RegistrationConfig()
+    silent_after_s: float = Field(default=5.0, gt=0.0)
+    handover_after_s: float = Field(default=2.0, gt=0.0)
+    blind_after_expected: float = Field(default=12.0, gt=0.0)
+    near_track_m: float = Field(default=10.0, ge=0.0)
+    known_share: float = Field(default=0.2, gt=0.0, lt=1.0)
+    range_limit_m: float = Field(default=50.0, gt=0.0)
+    azimuth_limit_deg: float = Field(default=6.0, gt=0.0)
+    elevation_limit_deg: float = Field(default=4.0, gt=0.0)

@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from benchmarks import bluesky_encounters, detection_range, encounters, frames, pairs, steps, tracking
+from benchmarks import bluesky_encounters, detection_range, encounters, frames, pairs, radar_trackers, steps, tracking
 
 RESULTS = Path(__file__).resolve().parent / "results"
 Numbers = Mapping[str, float | str]
@@ -32,6 +32,10 @@ AIMS = (
     Aim("step with 200 aircraft", "mean_ms", 5.0, at_least=False),
     Aim("detection range", "tgvv_microseconds", 20.0, at_least=False),
     Aim("detection range", "gvv_microseconds", 0.3, at_least=False),
+    Aim("radar trackers", "ratio_to_stone_soup_gnn", 200.0, at_least=True),
+    Aim("radar trackers", "ratio_to_stone_soup_jpda", 200.0, at_least=True),
+    Aim("radar trackers", "ospa_over_stone_soup_gnn", 1.0, at_least=False),
+    Aim("radar trackers", "ospa_over_stone_soup_jpda", 1.0, at_least=False),
     Aim("encounters", "encounters_with_1_per_cpu_second", 2000.0, at_least=True),
     Aim("encounters", "encounters_with_5_per_cpu_second", 400.0, at_least=True),
     Aim("encounters", "ratio_to_bluesky_1_s", 150.0, at_least=True),
@@ -48,7 +52,7 @@ def machine() -> dict[str, str | int | None]:
     if cpuinfo.exists():
         models = [line.split(":")[1].strip() for line in cpuinfo.read_text().splitlines() if "model name" in line]
         cpu = models[0] if models else cpu
-    packages = ("wideberth", "numpy", "numba", "rs1090", "filterpy")
+    packages = ("wideberth", "numpy", "numba", "rs1090", "filterpy", "stonesoup")
     return {
         "cpu": cpu,
         "cores": os.cpu_count(),
@@ -65,6 +69,7 @@ def jobs() -> dict[str, Callable[[], Numbers]]:
         "well-clear pairs": pairs.measure,
         "frames": frames.measure,
         "tracking": tracking.measure,
+        "radar trackers": radar_trackers.measure,
         "detection range": detection_range.measure,
         "encounters": encounters.measure,
     }

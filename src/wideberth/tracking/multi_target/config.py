@@ -1,0 +1,122 @@
+"""Settings of the multi-target tracker."""
+
+from pydantic import Field
+
+from wideberth.part_config import PartConfig
+from wideberth.tracking.config import OwnshipConfig
+
+
+class MultiTargetConfig(PartConfig):
+    """The default radar tracker. The defaults are meant for every scene: sensors say themselves how well they see.
+
+    Odds are natural logarithms of odds. "Scans" are of one sensor; with more sensors there are as many times more.
+
+    Attributes
+    ----------
+    straight_noise_m2_per_s3 : float
+        Spectral density of the acceleration of an aircraft that flies straight.
+    straight_s : float
+        How long straight flight lasts on average, before the tracker has seen how often aircraft maneuver here.
+    gentle_acceleration_mps2, hard_acceleration_mps2 : float
+        Spread of each component of the acceleration at the beginning of a gentle and of a hard maneuver.
+    gentle_jerk_m2_per_s5, hard_jerk_m2_per_s5 : float
+        Spectral density of the jerk in them.
+    gentle_s, hard_s : float
+        How long they last on average.
+    maneuver_share : float
+        Probability of each of the two at birth.
+    least_mix : float
+        Hypotheses do not take over from one another what is less likely than this.
+    least_report : float
+        Hypotheses less likely than this are left out of the reported state and covariance.
+    survival_s : float
+        How long aircraft stay on average.
+    gate : float
+        Largest normalised distance squared of a plot from a track.
+    event_limit : int
+        Clusters of tracks with more joint events than this are shared out approximately.
+    birth_per_scan : float
+        New aircraft expected in a scan.
+    window_scans, pair_scans : int
+        Scans in which a new track may have its plots, and in which the nearest older plot must lie.
+    window_plots : int
+        Plots that no track explains which are kept of a scan; of more, every so many-th.
+    consensus_budget : int
+        Pairs of plots that are fitted in a scan at most.
+    speed_max_mps, speed_sigma_mps : float
+        Fastest aircraft, and spread of each component of the velocity before it is known.
+    least_hits, confirm_hits : int
+        Plots that a tentative and a confirmed track need.
+    tentative_odds, confirm_odds, drop_tentative_odds, drop_confirmed_odds : float
+        Of existence: where a track begins, is confirmed, and is dropped.
+    existence_max : float
+        No track is surer than this.
+    coast_after_s : float
+        A confirmed track without a plot for this long is coasting; one outside every field of view is at once.
+    outside_s : float
+        A confirmed track is dropped after this long outside every field of view.
+    silent_s : float
+        All tracks are dropped after this long without any scan.
+    spread_max_m : float
+        Tracks less certain than this are dropped.
+    merge_gate : float
+        Tracks that share plots and whose normalised distance squared (6 degrees of freedom) is less are one aircraft.
+    clutter_scans : float
+        Scans over which the number of false plots is averaged.
+    late_max_s : float
+        Scans later than this are rejected; up to it they are put in their place and what followed is run again.
+    sensor_speed_max_mps : float
+        A sensor that moves faster has jumped: its scans are rejected until three agree on the new place.
+    assumed_detection_probability, assumed_range_max_m : float
+        Of a sensor that does not say them.
+    known_altitude_m : float or None
+        Altitude of all aircraft (thesis section 5.3), above the origin of NED, in place of the elevation that a 2-D
+        radar does not give. None: their height is not known, and each track keeps the height of the field of view as
+        its uncertainty.
+    known_altitude_sigma_m : float
+        Spread about it.
+    ownship : OwnshipConfig
+        How the ownship's own track is told by telemetry.
+    """
+
+    straight_noise_m2_per_s3: float = Field(default=1e-7, gt=0.0)
+    straight_s: float = Field(default=100.0, gt=0.0)
+    gentle_acceleration_mps2: float = Field(default=0.3, gt=0.0)
+    hard_acceleration_mps2: float = Field(default=2.0, gt=0.0)
+    gentle_jerk_m2_per_s5: float = Field(default=0.001, gt=0.0)
+    hard_jerk_m2_per_s5: float = Field(default=0.05, gt=0.0)
+    gentle_s: float = Field(default=30.0, gt=0.0)
+    hard_s: float = Field(default=15.0, gt=0.0)
+    maneuver_share: float = Field(default=0.1, gt=0.0, lt=0.5)
+    least_mix: float = Field(default=0.01, ge=0.0, lt=0.3)
+    least_report: float = Field(default=0.004, ge=0.0, lt=0.3)
+    survival_s: float = Field(default=1000.0, gt=0.0)
+    gate: float = Field(default=18.0, gt=0.0)
+    event_limit: int = Field(default=5000, ge=1, le=1_000_000)
+    birth_per_scan: float = Field(default=0.05, gt=0.0)
+    window_scans: int = Field(default=15, ge=3, le=100)
+    pair_scans: int = Field(default=5, ge=1)
+    window_plots: int = Field(default=256, ge=1, le=4096)
+    consensus_budget: int = Field(default=2000, ge=1)
+    speed_max_mps: float = Field(default=100.0, gt=0.0)
+    speed_sigma_mps: float = Field(default=30.0, gt=0.0)
+    least_hits: int = Field(default=3, ge=2)
+    confirm_hits: int = Field(default=4, ge=2)
+    tentative_odds: float = 0.0
+    confirm_odds: float = 7.0
+    drop_tentative_odds: float = -3.0
+    drop_confirmed_odds: float = -7.0
+    existence_max: float = Field(default=1.0 - 1e-5, gt=0.5, lt=1.0)
+    coast_after_s: float = Field(default=1.0, gt=0.0)
+    outside_s: float = Field(default=10.0, ge=0.0)
+    silent_s: float = Field(default=30.0, gt=0.0)
+    spread_max_m: float = Field(default=2000.0, gt=0.0)
+    merge_gate: float = Field(default=4.0, ge=0.0)
+    clutter_scans: float = Field(default=30.0, ge=1.0)
+    late_max_s: float = Field(default=0.5, ge=0.0)
+    sensor_speed_max_mps: float = Field(default=400.0, gt=0.0)
+    assumed_detection_probability: float = Field(default=0.8, gt=0.0, lt=1.0)
+    assumed_range_max_m: float = Field(default=2000.0, gt=0.0)
+    known_altitude_m: float | None = None
+    known_altitude_sigma_m: float = Field(default=10.0, gt=0.0)
+    ownship: OwnshipConfig = OwnshipConfig()

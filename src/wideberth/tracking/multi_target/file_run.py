@@ -1,0 +1,139 @@
+"""A file of plots through the tracker: checked, compiled, and put into a table."""
+
+import math
+from collections import Counter
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.plots import Plots
+from wideberth.tracking.multi_target.bank_kernels import grown_bank
+from wideberth.tracking.multi_target.config import MultiTargetConfig
+from wideberth.tracking.multi_target.intake import SensorLog, detection_table, pose_fault
+from wideberth.tracking.multi_target.scan_kernels import Table, make_table, run_scans
+from wideberth.tracking.multi_target.state import TrackerState
+from wideberth.tracking.ownship import telemetry_covariance
+from wideberth.tracking.track_table import TrackTable
+from wideberth.types import DetectionModel
+
+FloatArray = NDArray[np.float64]
+
+_ROWS_PER_SCAN = 8
+
+
+def run_file(config: MultiTargetConfig, plots: Plots, words: Mapping[int, str]) -> TrackTable:
+    """Return the confirmed tracks of a file of plots.
+
+    Scans that are late are rejected: in a file of one sensor time does not go back.
+
+    Parameters
+    ----------
+    config : MultiTargetConfig
+    plots : Plots
+    words : mapping of int to str
+        Names of the kernels' counters.
+
+    Returns
+    -------
+    TrackTable
+    """
+    counters: Counter[str] = Counter()
+    use, velocity = _usable(config, plots, counters)
+    state = TrackerState(config)
+    largest = int(np.diff(plots.first).max(initial=0))
+    state.reserve(1, largest)
+    n = plots.n_scans
+    table = make_table(_ROWS_PER_SCAN * n + 2 * config.window_plots)
+    model = DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability]))
+    ranges, probabilities = detection_table(model, config)
+    variance = np.tile(plots.sigma**2, (len(plots.z), 1))
+    covariance = telemetry_covariance(config.ownship)
+    scan, rows = 0, 0
+    while True:
+        scan, rows = run_scans(
+            state.bank,
+            state.window,
+            state.motion,
+            state.rules,
+            state.clutter,
+            plots.first,
+            plots.t,
+            use,
+            plots.z,
+            variance,
+            plots.sensor_position,
+            velocity,
+            plots.sensor_attitude,
+            np.array(plots.field_of_view, dtype=np.float64),
+            ranges,
+            probabilities,
+            plots.ownship,
+            covariance,
+            state.test,
+            scan,
+            rows,
+            table,
+            state.counts,
+            state.scratch,
+        )
+        if scan == n:
+            break
+        births = min(config.window_plots, largest)
+        if state.bank.size[0] + births > len(state.bank.mu):
+            state.bank = grown_bank(state.bank)
+            state.reserve(1, largest)
+        else:
+            table = _grown(table, rows)
+    for place, name in words.items():
+        counters[name] += int(state.counts[place])
+    return TrackTable(
+        scan=table.scan[:rows].astype(np.int32),
+        track_id=table.identity[:rows].copy(),
+        x=table.x[:rows].copy(),
+        P=table.p[:rows].copy(),
+        existence=table.existence[:rows].copy(),
+        is_ownship=table.ownship[:rows].copy(),
+        counters={name: count for name, count in counters.items() if count},
+    )
+
+
+def _usable(config: MultiTargetConfig, plots: Plots, counters: Counter[str]) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Return which scans can be used, and the sensor's velocity in each."""
+    n = plots.n_scans
+    use, velocity = np.ones(n, np.bool_), np.zeros((n, 3))
+    last, log = -math.inf, SensorLog(0)
+    still = (plots.sensor_position == plots.sensor_position[:1]).all() and (
+        plots.sensor_attitude == plots.sensor_attitude[:1]
+    ).all()
+    fault = pose_fault(plots.sensor_position[0], plots.sensor_attitude[0]) if n else None
+    times = plots.t.tolist()
+    for k, t in enumerate(times):
+        if not still:
+            fault = pose_fault(plots.sensor_position[k], plots.sensor_attitude[k])
+        reason = fault
+        if not math.isfinite(t):
+            reason = "scan time not finite"
+        elif t < last:
+            reason = "scan too late"
+        elif t == last and log.is_repeat(t, plots.z[plots.first[k] : plots.first[k + 1]]):
+            reason = "scan repeated"
+        elif reason is None and not still:
+            if not log.moves_to(t, plots.sensor_position[k], config.sensor_speed_max_mps):
+                reason = "sensor jumped"
+            velocity[k] = log.velocity
+        if reason is not None:
+            use[k] = False
+            counters[reason] += 1
+            continue
+        if k + 1 < n and times[k + 1] == t:
+            log.is_repeat(t, plots.z[plots.first[k] : plots.first[k + 1]])
+        last = t
+    return use, velocity
+
+
+def _grown(table: Table, rows: int) -> Table:
+    larger = make_table(2 * len(table.scan))
+    for new, old in zip(larger, table, strict=True):
+        new[:rows] = old[:rows]
+    return larger

@@ -1,0 +1,191 @@
+"""Scans made ready for the kernels: what cannot be used is left out, with a reason."""
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.tracking.multi_target.config import MultiTargetConfig
+from wideberth.tracking.multi_target.window_kernels import TABLE_NODES
+from wideberth.types import DetectionModel, Scan
+
+FloatArray = NDArray[np.float64]
+
+AGREE_SCANS = 3
+"""So many scans in a row from a new place are believed."""
+
+_LEAST_JUMP_M = 5.0
+_MOST_PROBABLE = 0.999
+
+
+@dataclass(frozen=True, slots=True)
+class ReadyScan:
+    """One scan as `process_scan` takes it; variances instead of R, a table instead of a detection model."""
+
+    t: float
+    sensor: int
+    z: FloatArray
+    variance: FloatArray
+    position: FloatArray
+    velocity: FloatArray
+    attitude: FloatArray
+    field_of_view: FloatArray
+    ranges: FloatArray
+    probabilities: FloatArray
+
+
+@dataclass(slots=True)
+class SensorLog:
+    """What is remembered of one sensor.
+
+    Attributes
+    ----------
+    index : int
+    t : float
+        Of its last good scan, s.
+    position, velocity : ndarray, shape (3,)
+        Then, NED.
+    strange : list of (float, ndarray)
+        Times and places of the scans in a row that lie too far off.
+    recent : list of (float, ndarray)
+        Times and plots of the last scans, to know repeats by.
+    """
+
+    index: int
+    t: float = -math.inf
+    position: FloatArray = field(default_factory=lambda: np.zeros(3))
+    velocity: FloatArray = field(default_factory=lambda: np.zeros(3))
+    strange: list[tuple[float, FloatArray]] = field(default_factory=list)
+    recent: list[tuple[float, FloatArray]] = field(default_factory=list)
+
+    def is_repeat(self, t: float, z: FloatArray) -> bool:
+        """Return whether a scan of the same time with the same plots has come before; else remember it.
+
+        Parameters
+        ----------
+        t : float
+        z : ndarray, shape (k, 4)
+        """
+        for known_t, known in self.recent:
+            if known_t == t and np.array_equal(known, z, equal_nan=True):
+                return True
+        self.recent.append((t, z))
+        del self.recent[:-20]
+        return False
+
+    def moves_to(self, t: float, position: FloatArray, speed_max: float) -> bool:
+        """Note the sensor's place, and return whether it can be there; its velocity follows from the last place.
+
+        Parameters
+        ----------
+        t : float
+        position : ndarray, shape (3,)
+        speed_max : float
+            m/s.
+        """
+        if self.t == -math.inf:
+            self.t, self.position = t, position
+            return True
+        if t <= self.t:
+            # A late scan: its place must fit, but says nothing new of the motion.
+            return _near(self.t, self.position, t, position, speed_max)
+        if _near(self.t, self.position, t, position, speed_max):
+            self.velocity = (position - self.position) / (t - self.t)
+            self.t, self.position = t, position
+            self.strange.clear()
+            return True
+        if self.strange and not _near(*self.strange[-1], t, position, speed_max):
+            self.strange.clear()
+        self.strange.append((t, position))
+        if len(self.strange) < AGREE_SCANS:
+            return False
+        before, place = self.strange[-2]
+        self.velocity = (position - place) / (t - before) if t > before else np.zeros(3)
+        self.t, self.position = t, position
+        self.strange.clear()
+        return True
+
+
+def _near(t0: float, place: FloatArray, t: float, position: FloatArray, speed_max: float) -> bool:
+    return bool(np.linalg.norm(position - place) <= max(speed_max * abs(t - t0), _LEAST_JUMP_M))
+
+
+def detection_table(model: DetectionModel | None, config: MultiTargetConfig) -> tuple[FloatArray, FloatArray]:
+    """Return ranges and probabilities (TABLE_NODES,) of a detection model, or of the assumed one for None.
+
+    Parameters
+    ----------
+    model : DetectionModel or None
+    config : MultiTargetConfig
+    """
+    if model is None:
+        ranges = np.array([config.assumed_range_max_m])
+        probabilities = np.array([config.assumed_detection_probability])
+    else:
+        ranges, probabilities = model.ranges.astype(float), model.probabilities.astype(float)
+    if len(ranges) > TABLE_NODES:
+        nodes = np.linspace(ranges[0], ranges[-1], TABLE_NODES)
+        ranges, probabilities = nodes, np.interp(nodes, ranges, probabilities)
+    rest = TABLE_NODES - len(ranges)
+    return np.pad(ranges, (0, rest), mode="edge"), np.minimum(np.pad(probabilities, (0, rest), "edge"), _MOST_PROBABLE)
+
+
+def pose_fault(position: FloatArray, attitude: FloatArray) -> str | None:
+    """Return what is wrong with a sensor's pose, None where nothing is.
+
+    Parameters
+    ----------
+    position : ndarray, shape (3,)
+    attitude : ndarray, shape (3, 3)
+    """
+    if np.shape(position) != (3,) or np.shape(attitude) != (3, 3):
+        return "sensor pose of a wrong shape"
+    if not (np.isfinite(position).all() and np.isfinite(attitude).all()):
+        return "sensor pose not finite"
+    if np.abs(attitude @ attitude.T - np.eye(3)).max() > 1e-3 or np.linalg.det(attitude) < 0.0:
+        return "sensor attitude is no rotation"
+    return None
+
+
+def scan_fault(scan: Scan) -> str | None:
+    """Return why a radar scan cannot be used as a whole, None where it can.
+
+    Parameters
+    ----------
+    scan : Scan
+    """
+    if not math.isfinite(scan.t):
+        return "scan time not finite"
+    z, r = np.asarray(scan.z), np.asarray(scan.R)
+    if z.ndim != 2 or z.shape[1] != 4 or r.shape != (len(z), 4, 4):
+        return "scan of a wrong shape"
+    azimuth, elevation = scan.field_of_view
+    if not (0.0 < azimuth <= math.pi + 1e-9 and 0.0 < elevation <= math.pi / 2 + 1e-9):
+        return "field of view out of range"
+    return pose_fault(scan.sensor_position, scan.sensor_attitude)
+
+
+def ready(scan: Scan, log: SensorLog, config: MultiTargetConfig) -> ReadyScan:
+    """Return a scan that has no fault as the kernels take it.
+
+    Parameters
+    ----------
+    scan : Scan
+    log : SensorLog
+        Of its sensor, after `SensorLog.moves_to`.
+    config : MultiTargetConfig
+    """
+    ranges, probabilities = detection_table(scan.detection, config)
+    return ReadyScan(
+        t=float(scan.t),
+        sensor=log.index,
+        z=np.ascontiguousarray(scan.z, dtype=np.float64),
+        variance=np.ascontiguousarray(np.diagonal(scan.R, axis1=1, axis2=2), dtype=np.float64),
+        position=np.ascontiguousarray(scan.sensor_position, dtype=np.float64),
+        velocity=log.velocity,
+        attitude=np.ascontiguousarray(scan.sensor_attitude, dtype=np.float64),
+        field_of_view=np.array(scan.field_of_view, dtype=np.float64),
+        ranges=ranges,
+        probabilities=probabilities,
+    )

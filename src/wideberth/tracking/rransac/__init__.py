@@ -1,0 +1,1 @@
+"""Recursive RANSAC: the trackers of the thesis, linear (R-RANSAC) and extended to turning aircraft (ER-RANSAC)."""

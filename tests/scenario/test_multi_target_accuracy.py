@@ -60,17 +60,14 @@ def test_from_an_aircraft_that_rolls_and_moves() -> None:
     attitude[:, 0, 0] = 1.0
     attitude[:, 1, 1] = attitude[:, 2, 2] = np.cos(roll)
     attitude[:, 2, 1], attitude[:, 1, 2] = np.sin(roll), -np.sin(roll)
-    view = (math.pi, math.radians(60.0))
+    view: dict[str, Any] = {
+        "sensor_position": position,
+        "sensor_attitude": attitude,
+        "field_of_view": (math.pi, math.radians(60)),
+    }
     for seed in range(300, 308):
         rng = np.random.default_rng(seed)
-        plots, truth = radar_plots(
-            rng,
-            *maneuvering_flights(rng, 3, SCANS),
-            range_max=1000.0,
-            sensor_position=position,
-            sensor_attitude=attitude,
-            field_of_view=view,
-        )
+        plots, truth = radar_plots(rng, *maneuvering_flights(rng, 3, SCANS), range_max=1000.0, **view)
         score = score_run(tracker.run(plots), truth, plots.t)
         assert np.nanmax(score.first_confirmed - score.first_visible) <= 1.0
         runs.append(score)

@@ -140,6 +140,15 @@ def test_the_range_rate_rules_pairs_out():
         assert reachable(window, 1, 0, 0, 0, 0.1, SPEED_MAX, 1.0) is expected
 
 
+def test_the_range_rate_is_relative_to_a_sensor_that_moves():
+    p = np.array([300.0, 0.0, -100.0])
+    opening = p / np.linalg.norm(p)
+    window = window_of([[plot_of(p)], [plot_of(p, None, -30.0 * opening)]], dt=0.1)
+    assert not reachable(window, 1, 0, 0, 0, 0.1, 20.0, 0.5)
+    window.velocity[1] = 30.0 * opening
+    assert reachable(window, 1, 0, 0, 0, 0.1, 20.0, 0.5)
+
+
 def test_range_rates_sharpen_the_velocity():
     rng = np.random.default_rng(11)
     spread = []

@@ -14,6 +14,9 @@ from wideberth.tracking.multi_target.intake import SensorLog, detection_table
 from wideberth.tracking.multi_target.tracker import MultiTargetTracker
 from wideberth.types import DetectionModel, Ownship, Scan, TrackStatus
 
+# It is the only test of the scan as a whole that is quick enough without the compiler.
+pytestmark = pytest.mark.kernels
+
 PLACE, VELOCITY = np.array([250.0, 80.0, -120.0]), np.array([-12.0, 4.0, 0.0])
 
 
@@ -385,6 +388,26 @@ def test_the_scene_may_be_turned_about_the_sensor(angle):
     np.testing.assert_allclose(two.P[:, 3:6, 3:6], turn @ one.P[:, 3:6, 3:6] @ turn.T, atol=1e-6)
 
 
+def test_a_radar_that_sees_less_than_it_says_keeps_its_tracks():
+    plots, _ = one_flight(n=300, seed=12, detection_probability=0.5, place=np.array([250.0, 80.0, -120.0]))
+    table = tracker().run(dataclasses.replace(plots, detection_probability=0.95))
+    assert len(np.unique(table.track_id[table.scan > 100])) == 1
+    assert len(np.unique(table.scan[table.scan > 100])) == 199
+
+
+def test_bad_poses_in_a_file_are_counted():
+    plots, _ = one_flight(n=60)
+    position, attitude = plots.sensor_position.copy(), plots.sensor_attitude.copy()
+    position[30] = np.nan
+    attitude[31] = 0.0
+    position[32] = 1e5
+    table = tracker().run(dataclasses.replace(plots, sensor_position=position, sensor_attitude=attitude))
+    assert table.counters["sensor pose not finite"] == 1
+    assert table.counters["sensor attitude is no rotation"] == 1
+    assert table.counters["sensor jumped"] == 1
+    assert len(np.unique(table.track_id[table.scan > 20])) == 1
+
+
 def test_detection_tables():
     config = MultiTargetConfig()
     ranges, probabilities = detection_table(None, config)
@@ -405,13 +428,13 @@ def test_a_sensor_log_takes_velocity_from_places():
 
 
 def test_the_state_does_not_grow_with_time():
-    """Two minutes of traffic that comes and goes: buffers, histories and notes stay as they are after the first."""
+    """Traffic that comes and goes: buffers, histories and notes stay as they are after the first lap."""
     rng = np.random.default_rng(11)
-    plots, _ = radar_plots(rng, *straight_flights(rng, 3, 300), clutter_max=5)
+    plots, _ = radar_plots(rng, *straight_flights(rng, 3, 150), clutter_max=5)
     part = tracker()
     sizes = []
-    for lap in range(4):
-        for k in range(300):
+    for lap in range(3):
+        for k in range(150):
             scan = scan_of(plots, k)
             t = scan.t + 30.0 * lap
             part.step(t, [dataclasses.replace(scan, t=t)])

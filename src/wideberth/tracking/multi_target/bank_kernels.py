@@ -141,6 +141,12 @@ def grown_bank(bank: Bank) -> Bank:
     return larger
 
 
+def copied_bank(bank: Bank, n: int) -> Bank:
+    """Return a copy of the first `n` slots and of what belongs to no slot."""
+    whole = {"habit", "size", "t"}
+    return Bank._make(a.copy() if name in whole else a[:n].copy() for name, a in zip(Bank._fields, bank, strict=True))
+
+
 def make_bank(n: int) -> Bank:
     """Return an empty bank of `n` slots."""
     return Bank(

@@ -57,9 +57,12 @@ def reachable(window: Window, k: int, m: int, k0: int, m0: int, tau: float, spee
     if distance > reach + radial + gate * math.sqrt(2.0 * angle):
         return False
     if za[3] == za[3]:
-        # The range opened by about rate x tau; the rest may come from the motion across.
+        # It says the speed along the sight, beside the sensor's own; the rest may come from the motion across.
+        speed = za[3]
+        for a in range(3):
+            speed += u[a] * window.velocity[k, a]
         bend = reach * reach / max(za[0], 1.0)
-        if abs(za[0] - zb[0] - za[3] * tau) > radial + bend + gate * math.sqrt(va[3]) * tau:
+        if abs(along - speed * tau) > radial + bend + gate * math.sqrt(va[3]) * tau:
             return False
     return True
 

@@ -89,7 +89,7 @@ class MultiTargetConfig(PartConfig):
     hard_s: float = Field(default=15.0, gt=0.0)
     maneuver_share: float = Field(default=0.1, gt=0.0, lt=0.5)
     least_mix: float = Field(default=0.01, ge=0.0, lt=0.3)
-    least_report: float = Field(default=0.004, ge=0.0, lt=0.3)
+    least_report: float = Field(default=0.003, ge=0.0, lt=0.3)
     survival_s: float = Field(default=1000.0, gt=0.0)
     gate: float = Field(default=18.0, gt=0.0)
     event_limit: int = Field(default=5000, ge=1, le=1_000_000)

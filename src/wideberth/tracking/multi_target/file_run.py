@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from wideberth.plots import Plots
 from wideberth.tracking.multi_target.bank_kernels import grown_bank
 from wideberth.tracking.multi_target.config import MultiTargetConfig
-from wideberth.tracking.multi_target.intake import SensorLog, detection_table, pose_fault
+from wideberth.tracking.multi_target.intake import ROTATION_TOLERANCE, SensorLog, detection_table, pose_fault
 from wideberth.tracking.multi_target.scan_kernels import Table, make_table, run_scans
 from wideberth.tracking.multi_target.state import TrackerState
 from wideberth.tracking.ownship import telemetry_covariance
@@ -103,15 +103,11 @@ def _usable(config: MultiTargetConfig, plots: Plots, counters: Counter[str]) -> 
     n = plots.n_scans
     use, velocity = np.ones(n, np.bool_), np.zeros((n, 3))
     last, log = -math.inf, SensorLog(0)
-    still = (plots.sensor_position == plots.sensor_position[:1]).all() and (
-        plots.sensor_attitude == plots.sensor_attitude[:1]
-    ).all()
-    fault = pose_fault(plots.sensor_position[0], plots.sensor_attitude[0]) if n else None
+    still = bool((plots.sensor_position == plots.sensor_position[:1]).all())
+    faults = _pose_faults(plots.sensor_position, plots.sensor_attitude)
     times = plots.t.tolist()
     for k, t in enumerate(times):
-        if not still:
-            fault = pose_fault(plots.sensor_position[k], plots.sensor_attitude[k])
-        reason = fault
+        reason = faults.get(k)
         if not math.isfinite(t):
             reason = "scan time not finite"
         elif t < last:
@@ -130,6 +126,15 @@ def _usable(config: MultiTargetConfig, plots: Plots, counters: Counter[str]) -> 
             log.is_repeat(t, plots.z[plots.first[k] : plots.first[k + 1]])
         last = t
     return use, velocity
+
+
+def _pose_faults(position: FloatArray, attitude: FloatArray) -> dict[int, str]:
+    """Return what is wrong with the pose of each scan where something is."""
+    square = np.einsum("kij,klj->kil", attitude, attitude)
+    sound = np.isfinite(position).all(axis=1) & (np.abs(square - np.eye(3)).max(axis=(1, 2)) <= ROTATION_TOLERANCE)
+    sound &= np.linalg.det(np.where(sound[:, None, None], attitude, np.eye(3))) > 0.0
+    faults = {int(k): pose_fault(position[k], attitude[k]) for k in np.flatnonzero(~sound)}
+    return {k: fault for k, fault in faults.items() if fault is not None}
 
 
 def _grown(table: Table, rows: int) -> Table:

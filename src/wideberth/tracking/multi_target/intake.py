@@ -15,6 +15,9 @@ FloatArray = NDArray[np.float64]
 AGREE_SCANS = 3
 """So many scans in a row from a new place are believed."""
 
+ROTATION_TOLERANCE = 1e-3
+"""How far C C' may be from the identity."""
+
 _LEAST_JUMP_M = 5.0
 _MOST_PROBABLE = 0.999
 
@@ -143,7 +146,7 @@ def pose_fault(position: FloatArray, attitude: FloatArray) -> str | None:
         return "sensor pose of a wrong shape"
     if not (np.isfinite(position).all() and np.isfinite(attitude).all()):
         return "sensor pose not finite"
-    if np.abs(attitude @ attitude.T - np.eye(3)).max() > 1e-3 or np.linalg.det(attitude) < 0.0:
+    if np.abs(attitude @ attitude.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(attitude) < 0.0:
         return "sensor attitude is no rotation"
     return None
 

@@ -41,6 +41,18 @@ from wideberth.tracking.ownship_kernels import FLAG, OwnshipTest, choose, forget
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+CLUTTER_WIDTH = 4
+EXPECTED, CAME = 2, 3
+
+PRIOR_PLOTS = 20.0
+"""So many plots of confirmed tracks weigh as much as the probability of detection that the sensor says."""
+
+MOST_PLOTS = 500.0
+"""Expected plots further back than about this are forgotten."""
+
+LEAST_SHARE = 0.3
+MOST_SEEN = 0.999
+
 LEAST_FALSE_PLOTS = 0.1
 """A sensor that has shown no false plot may still have some: plots a scan."""
 
@@ -98,8 +110,9 @@ def process_scan(
     window : Window
     motion : Motion
     rules : Rules
-    clutter : ndarray, shape (sensors, 2)
-        Plots a scan that no track explains, and how many scans that is the mean of, for each sensor.
+    clutter : ndarray, shape (sensors, CLUTTER_WIDTH)
+        What each sensor has shown: plots a scan that no track explains, how many scans that is the mean of, and how
+        many plots of confirmed tracks were expected and came.
     sensor : int
     t : float
         s; not before the bank's time.
@@ -131,13 +144,19 @@ def process_scan(
     dt = t - bank.t[0] if bank.t[0] > -math.inf else 0.0
     predict_tracks(bank, t, motion, s.motion)
     size = bank.size[0]
+    # Sensors see less well than they say, or better: what confirmed tracks have had corrects it.
+    share = (PRIOR_PLOTS + clutter[sensor, CAME]) / (PRIOR_PLOTS + clutter[sensor, EXPECTED])
+    share = max(share, LEAST_SHARE)
     for i in range(size):
         place(bank, i, s.x, s.p)
         frame_at(position, attitude, s.x, s.frame, s.look)
         for a in range(3):
             s.spread[a] = projected(s.frame, s.p, a)
         shown = visibility(s.look, s.spread, field_of_view, range_max)
-        s.seen[i] = shown * detection_at(ranges, probabilities, min(s.look[0], range_max))
+        said = shown * detection_at(ranges, probabilities, min(s.look[0], range_max))
+        s.seen[i] = min(share * said, MOST_SEEN)
+        if bank.status[i] == CONFIRMED and shown > 0.99:
+            clutter[sensor, EXPECTED] += said
         if shown >= 0.5:
             bank.inside[i], bank.home[i], bank.seen[i] = 1, sensor, t
         elif bank.home[i] == sensor:
@@ -147,7 +166,10 @@ def process_scan(
     clusters = associate(size, rules.event_limit, counts, s)
     mine = s.claims
     for i in range(size):
+        confirmed = bank.status[i] == CONFIRMED and s.seen[i] > 0.0
         if absorb(bank, i, rules.existence_max, s) > 0.5:
+            if confirmed and bank.inside[i] == 1:
+                clutter[sensor, CAME] += 1.0
             bank.hits[i] += 1
             bank.updated[i], bank.seen[i] = t, t
             bank.inside[i], bank.home[i] = 1, sensor
@@ -162,6 +184,9 @@ def process_scan(
     give_birth(bank, window, motion, rules, sensor, clutter[sensor, 0], counts, s)
     settle(bank, t, rules, s)
     note_maneuvers(bank, dt)
+    if clutter[sensor, EXPECTED] > MOST_PLOTS:
+        clutter[sensor, CAME] *= MOST_PLOTS / clutter[sensor, EXPECTED]
+        clutter[sensor, EXPECTED] = MOST_PLOTS
     clutter[sensor, 1] = min(clutter[sensor, 1] + 1.0, rules.clutter_scans)
     clutter[sensor, 0] += (expected - clutter[sensor, 0]) / clutter[sensor, 1]
 
@@ -311,7 +336,7 @@ def warmup() -> None:
     rules = Rules._make([16.0, 100, 0.05, 3, 100.0, 30.0, 3, 4] + [0.0] * 4 + [0.9999] + [1.0] * 5 + [10, 0.0, 1.0])
     bank, window, s = make_bank(4), make_window(2, 1), make_scratch(4, 1, 2)
     zero, eye, fov, table = np.zeros(3), np.eye(3), np.ones(2), np.ones(TABLE_NODES)
-    clutter, counts, z = np.zeros((1, 2)), np.zeros(COUNTS, np.int64), np.ones((1, 4))
+    clutter, counts, z = np.zeros((1, CLUTTER_WIDTH)), np.zeros(COUNTS, np.int64), np.ones((1, 4))
     process_scan(
         bank, window, motion, rules, clutter, 0, 0.0, z, z, 0, 1, zero, zero, eye, fov, table, table, counts, s
     )

@@ -10,7 +10,7 @@ from wideberth.tracking.multi_target.bank_kernels import Bank, Motion, grown_ban
 from wideberth.tracking.multi_target.buffers_kernels import COUNTS, Rules, Scratch, make_scratch
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.intake import ReadyScan
-from wideberth.tracking.multi_target.scan_kernels import find_ownship, process_scan
+from wideberth.tracking.multi_target.scan_kernels import CLUTTER_WIDTH, find_ownship, process_scan
 from wideberth.tracking.multi_target.window_kernels import Window, make_window
 from wideberth.tracking.ownship import ownship_test
 
@@ -47,7 +47,7 @@ class TrackerState:
         self.test = ownship_test(config.ownship)
         self.bank = make_bank(_FIRST_TRACKS)
         self.window = make_window(config.window_scans, config.window_plots)
-        self.clutter = np.zeros((1, 2))
+        self.clutter = np.zeros((1, CLUTTER_WIDTH))
         self.counts = np.zeros(COUNTS, np.int64)
         self.rules = rules_of(config, 1)
         self.scratch = make_scratch(_FIRST_TRACKS, _FIRST_PLOTS, config.window_scans)
@@ -66,7 +66,7 @@ class TrackerState:
         """
         known = len(self.clutter)
         if sensors > known:
-            self.clutter = np.concatenate([self.clutter, np.zeros((sensors - known, 2))])
+            self.clutter = np.concatenate([self.clutter, np.zeros((sensors - known, CLUTTER_WIDTH))])
             factor = min(sensors, _MOST_SENSORS)
             if self.config.window_scans * factor > len(self.window.t):
                 self.window = _larger_window(self.window, self.config.window_scans * factor)

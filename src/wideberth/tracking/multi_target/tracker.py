@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.plots import Plots
-from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, Bank, predict_tracks
+from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, Bank, copied_bank, predict_tracks
 from wideberth.tracking.multi_target.buffers_kernels import (
     BIRTHS_DEFERRED,
     CONFIRMED_NOW,
@@ -223,7 +223,7 @@ class MultiTargetTracker:
         n = int(state.bank.size[0])
         if n == 0:
             return ()
-        bank = Bank._make(a[:n].copy() if len(a) >= n else a.copy() for a in state.bank)
+        bank = copied_bank(state.bank, n)
         if t > state.t:
             predict_tracks(bank, t, state.motion, state.scratch.motion)
         x, p = np.empty((n, 9)), np.empty((n, 9, 9))

@@ -38,6 +38,7 @@ from wideberth.tracking.rransac.state_kernels import (
     Settings,
     Window,
     Work,
+    small_settings,
 )
 from wideberth.tracking.rransac.turning_kernels import start_of_fit, to_turning
 
@@ -259,4 +260,5 @@ def find_track(s: Settings, window: Window, clock: Clock, plot: int, counts: Int
 
 
 def warmup() -> None:
-    """Nothing here is called from Python."""
+    """Compile a part: the rest is called by `scan_kernels` alone, and compiled with it."""
+    fit_model(small_settings())

@@ -39,6 +39,8 @@ from wideberth.tracking.rransac.state_kernels import (
     Tracks,
     Window,
     Work,
+    make_tracks,
+    small_settings,
 )
 
 FloatArray = NDArray[np.float64]
@@ -248,4 +250,5 @@ def is_reported(s: Settings, tracks: Tracks, i: int) -> bool:
 
 
 def warmup() -> None:
-    """Nothing here is called from Python."""
+    """Compile a part: the rest is called by `scan_kernels` alone, and compiled with it."""
+    judge(small_settings(), make_tracks(3, 4))

@@ -52,6 +52,7 @@ from wideberth.tracking.rransac.state_kernels import (
     make_tracks,
     make_window,
     make_work,
+    small_settings,
 )
 
 FloatArray = NDArray[np.float64]
@@ -421,16 +422,11 @@ def run_scans(
 
 def warmup() -> None:
     """Compile what Python calls."""
-    three, nine = np.full(3, 4.0), np.full(9, 4.0)
     window, tracks, clock, work = make_window(4, 2), make_tracks(3, 4), make_clock(), make_work(3, 4, 2)
-    s = Settings(
-        0, 2, 3, 0.0, 0.0, False, 0, 4, 2, 2, np.full(3, 0.1), 0, three, 16.0, 0, 0, three, nine, three,
-        5, three, 4, 2, False, 0.0, 1.0, 2, 1, 0, 3, nine, 0, np.full(6, 4.0), 0.5, np.ones(2), False,
-        nine, nine, 1e-9, 5, 1.0, 5.0,
-    )  # fmt: skip
+    s = small_settings()
     eye, z, counts = np.eye(3), np.array([[100.0, 0.1, 0.1, 0.0]]), np.zeros(N_COUNTS, np.int64)
     view, own = np.array([3.0, 1.5]), np.zeros(6)
-    step_scan(s, window, tracks, clock, work, 0.0, three, eye, s.sigma, view, 1e3, own, True, z, counts)
+    step_scan(s, window, tracks, clock, work, 0.0, np.full(3, 4.0), eye, s.sigma, view, 1e3, own, True, z, counts)
     write_track(s, tracks, 0, 0.1, work, np.zeros(9), np.zeros((9, 9)))
     run_scans(
         s, window, tracks, clock, work, np.arange(2), z, np.ones(1), np.ones((1, 3)), np.eye(3)[None].copy(), s.sigma,

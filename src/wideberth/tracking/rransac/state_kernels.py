@@ -183,6 +183,16 @@ def clear(window: Window, tracks: Tracks, clock: Clock) -> None:
     clock.integers[FILLED] = 0
 
 
+def small_settings() -> Settings:
+    """Return settings with which kernels can be compiled: a window of 4 scans of 2 plots, 2 tracks."""
+    three, nine = np.full(3, 4.0), np.full(9, 4.0)
+    return Settings(
+        0, 2, 3, 0.0, 0.0, False, 0, 4, 2, 2, np.full(3, 0.1), 0, three, 16.0, 0, 0, three, nine, three,
+        5, three, 4, 2, False, 0.0, 1.0, 2, 1, 0, 3, nine, 0, np.full(6, 4.0), 0.5, np.ones(2), False,
+        nine, nine, 1e-9, 5, 1.0, 5.0,
+    )  # fmt: skip
+
+
 def make_window(scans: int, plots: int) -> Window:
     """Return an empty window of `scans` scans of up to `plots` plots."""
     return Window(

@@ -99,10 +99,11 @@ def test_every_course_is_safe_from_the_required_range_on(a: dict[str, Any], bear
 
 
 def _gap(a: dict[str, Any], found: Any, bearing: float, near: float, turn: Any) -> bool:
-    """Whether the ownship slips past in front at `near` but not at distances between that and the required range."""
+    """Whether the ownship slips past in front at `near` but not from farther: a range required holds from there on."""
     flown = {k: v for k, v in a.items() if k != "safety_radius"}
-    between = np.linspace(near, float(found.distance), 50)[:-1]
-    cpa: Any = simulate_cpa(between, bearing=bearing, intruder_course=found.intruder_course, turn=turn, **flown).cpa
+    needed = float(found.distance)
+    farther = np.concatenate([np.linspace(near, needed, 50)[:-1], np.linspace(needed, 3.0 * needed, 200)])
+    cpa: Any = simulate_cpa(farther, bearing=bearing, intruder_course=found.intruder_course, turn=turn, **flown).cpa
     return bool((cpa < a["safety_radius"]).any())
 
 

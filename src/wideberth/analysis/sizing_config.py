@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 from wideberth.config import Checked, check_table, read_toml
 from wideberth.config_errors import wrong_things
 from wideberth.errors import InputError
+from wideberth.named_files import find_named
 from wideberth.part_config import PartConfig
 from wideberth.sensors.adsb.config import AdsbErrorConfig
 from wideberth.sensors.radar.config import RadarConfig
@@ -156,18 +157,7 @@ def find_sizing_file(given: str, folder: Path = FOLDER) -> Path:
     InputError
         If there is no such file.
     """
-    path = Path(given)
-    if path.is_file():
-        return path
-    if path.name == given:
-        inside = folder / (given if path.suffix == ".toml" else f"{given}.toml")
-        if inside.is_file():
-            return inside
-        known = ", ".join(sorted(p.stem for p in folder.glob("*.toml"))) or f"none: there is no {folder} folder here"
-        raise InputError(
-            f"{given}: no such sensor or aircraft; give the path of a TOML file, or a name in {folder} ({known})"
-        )
-    raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+    return find_named(given, folder, "sensor or aircraft")
 
 
 def build_sensor(table: dict[str, Any], source: str = "sensor") -> SensorConfig:

@@ -9,10 +9,9 @@ import numpy as np
 from wideberth import __version__
 from wideberth.analysis.range_sweep import Curve, Panel, Sweep
 from wideberth.analysis.thesis_claims import Claim, claims
-from wideberth.errors import InputError
 from wideberth.evaluation.range_figures import METHOD_NAMES, cut_off, scale, sweep_figure
 from wideberth.evaluation.range_numbers import sweep_csv, sweep_json
-from wideberth.evaluation.report_shell import Cell, notes_footer, section, shell, table
+from wideberth.evaluation.report_shell import Cell, notes_footer, section, shell, table, write_files
 from wideberth.evaluation.report_style import png, svg
 
 _ROWS = 11  # of a table of numbers; the CSV has all
@@ -47,14 +46,15 @@ def write_report(out: Path, sweep: Sweep) -> Path:
     figure = sweep_figure(sweep)
     picture, drawing = png(figure), svg(figure, sweep.title)
     page_path = out / f"{stem}.html"
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / f"{stem}.png").write_bytes(picture)
-        (out / f"{stem}.csv").write_text(sweep_csv(sweep), encoding="utf-8")
-        (out / f"{stem}.json").write_text(sweep_json(sweep, f"{stem}.csv"), encoding="utf-8")
-        page_path.write_text(page(sweep, drawing, stem), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
+    write_files(
+        out,
+        {
+            f"{stem}.png": picture,
+            f"{stem}.csv": sweep_csv(sweep),
+            f"{stem}.json": sweep_json(sweep, f"{stem}.csv"),
+            page_path.name: page(sweep, drawing, stem),
+        },
+    )
     return page_path
 
 

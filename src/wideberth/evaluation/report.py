@@ -12,6 +12,7 @@ from wideberth.evaluation.flight_log import FlightLog, encounters
 from wideberth.evaluation.report_map import map_figure
 from wideberth.evaluation.report_page import page
 from wideberth.evaluation.report_plots import altitude_figure, separation_figure, timeline_figure
+from wideberth.evaluation.report_shell import write_files
 from wideberth.evaluation.report_style import png, svg
 from wideberth.recording import Recording
 from wideberth.units import DEGREE
@@ -77,13 +78,7 @@ def write_report(
         notes,
     )
     out = Path(out_dir)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for key, figure in figures.items():
-            (out / f"{key}.png").write_bytes(png(figure))
-        (out / "report.html").write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
+    write_files(out, {**{f"{key}.png": png(figure) for key, figure in figures.items()}, "report.html": text})
     return out / "report.html"
 
 

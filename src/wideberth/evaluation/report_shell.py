@@ -1,8 +1,10 @@
 """What the pages of all reports share: one HTML file that asks nothing of the network."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from html import escape
+from pathlib import Path
 
+from wideberth.errors import InputError
 from wideberth.evaluation.report_style import css_variables
 
 _STYLE = """
@@ -79,6 +81,28 @@ def shell(title: str, subtitle: str, state: str, headline: str, sentence: str, b
 {body}
 </main></body></html>
 """
+
+
+def write_files(out: Path, files: Mapping[str, str | bytes]) -> None:
+    """Write a report's files into a folder, which is made where it does not exist.
+
+    Parameters
+    ----------
+    out : Path
+    files : mapping of str to str or bytes
+        By name; text is written as UTF-8.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+        for name, content in files.items():
+            (out / name).write_bytes(content.encode() if isinstance(content, str) else content)
+    except OSError as error:
+        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
 
 
 def section(title: str, text: str, body: str) -> str:

@@ -121,13 +121,8 @@ def ospa(
         raise ValueError(f"assign_by must be 'power' or 'distance', not {assign_by!r}")
     _check(cutoff, order)
     d = np.minimum(distances(tracks, truths), cutoff)
-    n, m = d.shape
-    if n == m == 0:
-        return Ospa(0.0, 0.0, 0.0)
     rows, columns = linear_sum_assignment(d if assign_by == "distance" else d**order)
-    localisation = float(np.sum(d[rows, columns] ** order)) / max(n, m)
-    cardinality = cutoff**order * abs(n - m) / max(n, m)
-    return Ospa((localisation + cardinality) ** (1 / order), localisation ** (1 / order), cardinality ** (1 / order))
+    return ospa_of(d, rows, columns, cutoff, order)
 
 
 def gospa(tracks: ArrayLike, truths: ArrayLike, cutoff: float = 50.0, order: float = 2.0) -> Gospa:

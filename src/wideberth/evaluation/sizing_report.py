@@ -16,8 +16,7 @@ from wideberth.analysis.sensor_sizing import available_range, fastest_closing
 from wideberth.analysis.sizing_answer import SizingAnswer
 from wideberth.analysis.sizing_config import AdsbSizingConfig, SensorConfig
 from wideberth.argument_checks import FloatArray
-from wideberth.errors import InputError
-from wideberth.evaluation.report_shell import notes_footer, section, shell
+from wideberth.evaluation.report_shell import notes_footer, section, shell, write_files
 from wideberth.evaluation.report_style import png, svg
 from wideberth.evaluation.sizing_figures import protection_figure, snr_figure, speed_figure
 from wideberth.evaluation.sizing_ground_figure import ground_figure, required_figure
@@ -61,14 +60,9 @@ def write_sizing_report(out: Path, sizing: Sizing, summary: Mapping[str, Any]) -
     """
     figures = _figures(sizing)
     text = _page(sizing, {name: svg(figure, title) for name, (figure, title) in figures.items()})
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        for name, (figure, _) in figures.items():
-            (out / f"{name}.png").write_bytes(png(figure))
-        (out / "size.json").write_text(json.dumps(summary, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        (out / "report.html").write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
+    pictures = {f"{name}.png": png(figure) for name, (figure, _) in figures.items()}
+    numbers = json.dumps(summary, indent=1, allow_nan=False) + "\n"
+    write_files(out, {**pictures, "size.json": numbers, "report.html": text})
     return out / "report.html"
 
 

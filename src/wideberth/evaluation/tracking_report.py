@@ -8,11 +8,10 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from wideberth import __version__
-from wideberth.errors import InputError
 from wideberth.evaluation import tracking_figures as figures
 from wideberth.evaluation import tracking_score_figures as scores
 from wideberth.evaluation.plot_run import SeedRun
-from wideberth.evaluation.report_shell import notes_footer, number, section, shell
+from wideberth.evaluation.report_shell import notes_footer, number, section, shell, write_files
 from wideberth.evaluation.report_style import png, svg
 from wideberth.evaluation.tracking_table import MetricRow, metric_rows
 from wideberth.sensors.radar.plot_file import PlotFile
@@ -57,14 +56,9 @@ def write_tracking_report(out: Path, file: PlotFile, runs: Sequence[SeedRun], su
     InputError
         If the folder cannot be written.
     """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        pictures = _pictures(file, runs)
-        for name, (_, _, figure) in pictures.items():
-            (out / f"{name}.png").write_bytes(png(figure))
-        (out / "report.html").write_text(_page(file, runs, summary, pictures), encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
+    pictures = _pictures(file, runs)
+    drawn = {f"{name}.png": png(figure) for name, (_, _, figure) in pictures.items()}
+    write_files(out, {**drawn, "report.html": _page(file, runs, summary, pictures)})
     return out / "report.html"
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from wideberth.errors import InputError
 from wideberth.evaluation.montecarlo.experiment import Experiment
+from wideberth.named_files import find_named
 
 ENCOUNTERS_MAX = 10**9  # for each number of intruders: the names of shards have nine digits
 INTRUDERS_MAX = 64
@@ -116,16 +117,7 @@ def find_experiment(given: str, folder: Path = Path("experiments")) -> Path:
     InputError
         If there is no such file.
     """
-    path = Path(given)
-    if path.is_file():
-        return path
-    if path.name == given:
-        inside = folder / (given if path.suffix == ".toml" else f"{given}.toml")
-        if inside.is_file():
-            return inside
-        known = ", ".join(sorted(p.stem for p in folder.glob("*.toml"))) or f"none: there is no {folder} folder here"
-        raise InputError(f"{given}: no such experiment; give the path of a TOML file, or a name in {folder} ({known})")
-    raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+    return find_named(given, folder, "experiment")
 
 
 def check_request(experiment: Experiment, encounters: int | None, intruders: int | None) -> tuple[int, tuple[int, ...]]:

@@ -5,14 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from wideberth import __version__
-from wideberth.errors import InputError
 from wideberth.evaluation.montecarlo import paper
 from wideberth.evaluation.montecarlo import report_figures as figures
 from wideberth.evaluation.montecarlo import report_tables as tables
 from wideberth.evaluation.montecarlo.experiment import Experiment
 from wideberth.evaluation.montecarlo.verdict import verdict
 from wideberth.evaluation.montecarlo.worst import ENTERED_MAX
-from wideberth.evaluation.report_shell import notes_footer, number, section, shell
+from wideberth.evaluation.report_shell import notes_footer, number, section, shell, write_files
 from wideberth.evaluation.report_style import svg
 from wideberth.units import FOOT, NAUTICAL_MILE
 
@@ -41,11 +40,7 @@ def write_report(out: Path, summary: Summary, experiment: Experiment) -> Path:
         If the folder cannot be written.
     """
     text = page(summary, experiment)
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        (out / "report.html").write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
+    write_files(out, {"report.html": text})
     return out / "report.html"
 
 

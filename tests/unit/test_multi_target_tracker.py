@@ -8,7 +8,7 @@ import pytest
 
 from wideberth.plots import Plots
 from wideberth.simulation.radar_plots import maneuvering_flights, radar_plots, straight_flights
-from wideberth.tracking import PARTS
+from wideberth.tracking import PLOT_TRACKERS
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.intake import SensorLog, detection_table
 from wideberth.tracking.multi_target.tracker import MultiTargetTracker
@@ -63,8 +63,9 @@ def confirmed(tracks):
     return [t for t in tracks if t.status is not TrackStatus.TENTATIVE]
 
 
-def test_it_is_a_part_by_name():
-    assert PARTS["wideberth"].endswith(":MultiTargetTracker") and MultiTargetTracker.Config is MultiTargetConfig
+def test_it_goes_by_name():
+    assert PLOT_TRACKERS["wideberth"].endswith(":MultiTargetTracker")
+    assert MultiTargetTracker.Config is MultiTargetConfig
 
 
 @pytest.mark.parametrize("onboard", [False, True])

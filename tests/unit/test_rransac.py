@@ -8,7 +8,7 @@ import pytest
 from pydantic import ValidationError
 
 from tests.made_plots import made_plots, scan_of, straight
-from wideberth.tracking import PARTS
+from wideberth.tracking import PLOT_TRACKERS
 from wideberth.tracking.rransac.config import ErRransacConfig, RransacArticleConfig, RransacConfig
 from wideberth.tracking.rransac.tracker import ErRransacTracker, RransacArticleTracker, RransacTracker
 from wideberth.types import Ownship, TrackStatus
@@ -301,5 +301,5 @@ def test_two_sensors_may_look_at_once():
 
 
 @pytest.mark.parametrize("name", ["rransac", "er_rransac", "rransac_article"])
-def test_trackers_are_parts(name):
-    assert PARTS[name].startswith("wideberth.tracking.rransac.tracker:")
+def test_trackers_go_by_name(name):
+    assert PLOT_TRACKERS[name].startswith("wideberth.tracking.rransac.tracker:")

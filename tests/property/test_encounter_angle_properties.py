@@ -90,20 +90,21 @@ def test_every_course_is_safe_from_the_required_range_on(a: dict[str, Any], bear
         for turn in ("left", "right")
     )
     assert (np.maximum(left, right) >= radius * (1 - 1e-4)).all()
-    # From a little nearer, the worst course enters whatever the ownship does.
-    near = needed * 0.995
-    if found.escape >= 0 and near > radius:
-        for turn in ("left", "right"):
+    # From a little nearer than a turn to one side needs, the worst course enters if it is that turn.
+    for turn in ("left", "right"):
+        found = required_range(bearing, turn=turn, **a)
+        near = float(found.distance) * 0.995
+        if found.escape >= 0 and math.isfinite(near) and near > radius:
             entered = simulate_cpa(near, bearing=bearing, intruder_course=found.intruder_course, turn=turn, **flown)
             assert entered.cpa < radius * (1 + 1e-6) or _gap(a, found, bearing, near, turn)
 
 
 def _gap(a: dict[str, Any], found: Any, bearing: float, near: float, turn: Any) -> bool:
-    """Whether the ownship slips past in front at `near` but not from farther: a range required holds from there on."""
+    """Whether the ownship slips past in front at `near` but not at distances between that and the required range."""
     flown = {k: v for k, v in a.items() if k != "safety_radius"}
     needed = float(found.distance)
-    farther = np.concatenate([np.linspace(near, needed, 50)[:-1], np.linspace(needed, 3.0 * needed, 200)])
-    cpa: Any = simulate_cpa(farther, bearing=bearing, intruder_course=found.intruder_course, turn=turn, **flown).cpa
+    between = np.concatenate([np.linspace(near, needed, 50)[:-1], needed * (1.0 - np.logspace(-7, -3, 9))])
+    cpa: Any = simulate_cpa(between, bearing=bearing, intruder_course=found.intruder_course, turn=turn, **flown).cpa
     return bool((cpa < a["safety_radius"]).any())
 
 

@@ -4,7 +4,7 @@ Seen from the ownship's start the intruder is at D b, b the unit vector to its b
 u. With c(t) = p(t) - u t, p the ownship's path, it is nearer than R exactly if D lies within sqrt(R^2 - across^2) of
 along, the components of c beside and along b. Every D is safe beyond the largest along + sqrt(R^2 - across^2), the
 *reach*: head-on that is (2.23). If both flew straight on they would pass within R from D up to R / |sin eps|, eps the
-angle between the relative velocity and the line from the intruder to the ownship.
+angle between the relative velocity and the line from the intruder to the ownship; from farther it needs no escape.
 
 All is seen from the air: a uniform wind moves both alike. It only changes which velocities an intruder of a given speed
 over ground can have. Frame: x along the ownship's heading, y to its right. SI, rad.
@@ -38,6 +38,7 @@ WAIT, HALF_HEIGHT, VERTICAL_RATE, ACCELERATION, LAG, AGAINST = 0, 1, 2, 3, 4, 5
 N_CLIMB = 6
 
 _COURSES, _ZOOMS, _ZOOM_COURSES = 33, 6, 9
+_WITHIN = 1e-6  # what begins farther beyond by less than this part counts: it may be rounding
 _STILL = 1e-9  # relative speeds below this part of the aircraft's own are rounding
 
 
@@ -85,14 +86,27 @@ def reach_in_segment(
 
 @jit
 def reach(
-    path: FloatArray, n: int, bx: float, by: float, ux: float, uy: float, radius: float, open_ended: bool
+    path: FloatArray,
+    n: int,
+    bx: float,
+    by: float,
+    ux: float,
+    uy: float,
+    radius: float,
+    open_ended: bool,
+    within: float,
 ) -> tuple[float, float]:
     """Return the distance beyond which an intruder on bearing (bx, by) is safe from, and the time that decides it.
+
+    The distances from which it is not come in stretches, one for each time that the path crosses the line of bearing.
+    Those that begin beyond `within` do not count: from there straight flight is enough. Infinite: all count.
 
     `open_ended`: the ownship flies on straight after its path, for ever. Infinite where no distance is enough.
     """
     best, best_t = radius, 0.0
-    t0 = a0 = x0 = da0 = dx0 = m0 = 0.0
+    near, far, far_t = math.inf, -math.inf, 0.0  # of the stretch at hand
+    within *= 1.0 + _WITHIN
+    t0 = a0 = x0 = da0 = dx0 = m0 = k0 = root0 = 0.0
     for j in range(n):
         t = path[j, T]
         cx, cy = path[j, X] - ux * t, path[j, Y] - uy * t
@@ -100,29 +114,41 @@ def reach(
         a, x = cx * bx + cy * by, bx * cy - by * cx
         da, dx = wx * bx + wy * by, bx * wy - by * wx
         root = math.sqrt(max(radius * radius - x * x, 0.0))
-        m = da * root - x * dx
-        if root > 0.0 and a + root > best:
-            best, best_t = a + root, t
+        m, k = da * root - x * dx, -da * root - x * dx
         if j > 0 and m0 > 0.0 and m <= 0.0 and t > t0:
             value, dt = reach_in_segment(t - t0, a0, a, x0, x, da0, da, dx0, dx, radius)
-            if value > best:
-                best, best_t = value, t0 + dt
-        t0, a0, x0, da0, dx0, m0 = t, a, x, da, dx, m
-    if not open_ended:
-        return best, best_t
+            if value > far:
+                far, far_t = value, t0 + dt
+        if j > 0 and k0 > 0.0 and k <= 0.0 and t > t0:
+            value, _ = reach_in_segment(t - t0, -a0, -a, x0, x, -da0, -da, dx0, dx, radius)
+            near = min(near, -value)
+        if root > 0.0:
+            near = min(near, a - root)
+            if a + root > far:
+                far, far_t = a + root, t
+        else:
+            # Where it begins may have been missed: then it counts.
+            if far > best and (near <= within or math.isinf(near)):
+                best, best_t = far, far_t
+            near, far, far_t = math.inf, -math.inf, 0.0
+        t0, a0, x0, da0, dx0, m0, k0, root0 = t, a, x, da, dx, m, k, root
     relative = math.hypot(da0, dx0)
-    if relative <= _STILL * math.hypot(ux, uy):
-        return best, best_t
-    # On a straight leg the maximum lies at a fixed distance across.
-    if abs(dx0) <= _STILL * relative:
-        if da0 > 0.0 and abs(x0) < radius:
-            return math.inf, math.inf
-        return best, best_t
-    dt = (radius * da0 / relative * math.copysign(1.0, dx0) - x0) / dx0
-    if dt > 0.0:
-        value = a0 + da0 * dt + radius * abs(dx0) / relative
-        if value > best:
-            best, best_t = value, t0 + dt
+    if open_ended and relative > _STILL * math.hypot(ux, uy):
+        # On a straight leg the ends of a stretch lie at a fixed distance across.
+        if abs(dx0) <= _STILL * relative:
+            if da0 > 0.0 and root0 > 0.0 and near <= within:
+                return math.inf, math.inf
+        else:
+            across = radius * da0 / relative * math.copysign(1.0, dx0)
+            dt = (across - x0) / dx0
+            value = a0 + da0 * dt + radius * abs(dx0) / relative
+            if dt > 0.0 and value > far:
+                far, far_t = value, t0 + dt
+            dt = (-across - x0) / dx0
+            if dt > 0.0:
+                near = min(near, a0 + da0 * dt - radius * abs(dx0) / relative)
+    if far > best and (near <= within or math.isinf(near)):
+        best, best_t = far, far_t
     return best, best_t
 
 
@@ -193,7 +219,7 @@ def needed(
     bx, by = math.cos(bearing), math.sin(bearing)
     ux, uy = v + closing * math.cos(direction), closing * math.sin(direction)
     for k in range(rows.shape[0]):
-        value, _ = reach(paths[k], rows[k], bx, by, ux, uy, radius, True)
+        value, _ = reach(paths[k], rows[k], bx, by, ux, uy, radius, True, straight)
         if which < 0 or value < best:
             best, which = value, k
         if best <= enough:
@@ -364,4 +390,4 @@ def warmup() -> None:
     velocity_change_ranges(one, True, np.ones((9, 1)), out, escape)
     climb_ranges(True, np.ones((4, 1)), np.ones((1, 1, N_CLIMB)), out, escape)
     path = np.zeros((MAX_ROWS, N_COLUMNS))
-    reach(path, 2, 1.0, 0.0, -1.0, 0.0, 1.0, True)
+    reach(path, 2, 1.0, 0.0, -1.0, 0.0, 1.0, True, math.inf)

@@ -141,7 +141,7 @@ def worst_maneuver(
     widest, rate = limits[TURN_ANGLE], limits[TURN_RATE]
     # A turn that begins after the closest point of approach of straight flight comes too late.
     m = relative_path(path, n, v_i, course, 0.0, 0.0, rate, v_i, 1.0, horizon, times, relative)
-    best, latest = reach(relative, m, bx, by, 0.0, 0.0, radius, open_ended)
+    best, latest = reach(relative, m, bx, by, 0.0, 0.0, radius, open_ended, math.inf)
     best_start, best_turn, best_speed = 0.0, 0.0, v_i
     if math.isinf(best):
         return best, best_start, best_turn, best_speed
@@ -163,7 +163,7 @@ def worst_maneuver(
                     m = relative_path(
                         path, n, v_i, course, start, turn, rate, speed, limits[ACCELERATION], horizon, times, relative
                     )
-                    value, _ = reach(relative, m, bx, by, 0.0, 0.0, radius, open_ended)
+                    value, _ = reach(relative, m, bx, by, 0.0, 0.0, radius, open_ended, math.inf)
                     if value > found:
                         found, at_start, at_turn = value, start, turn
             if starts == 1 or math.isinf(found):

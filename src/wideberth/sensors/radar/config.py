@@ -28,6 +28,14 @@ class RadarConfig(PartConfig):
         All other losses: atmosphere, radome, window, bins straddled.
     channels, averages : int
         Receiving channels, and sweeps that are averaged (thesis 5.4).
+    array_rows : int
+        The receiving channels form a grid of so many rows (downwards) and `channels / array_rows` columns (rightwards).
+    element_spacing_wavelengths : float
+        Between neighbours in a row, and between rows.
+    sampling : {"real", "complex"}
+        Real beat signals are sampled at twice, complex ones at once the `if_bandwidth_mhz`.
+    sweep_interval_ms : float or None
+        From the start of one sweep to the next; None: one begins where the last ends.
     averaging : {"noncoherent", "coherent"}
         How sweeps are averaged; the radar of the thesis averages powers.
     detect_on : {"channels", "beam"}
@@ -76,6 +84,10 @@ class RadarConfig(PartConfig):
     losses_db: float = Field(default=0.0, ge=0.0, le=200.0)
     channels: int = Field(default=4, ge=1, le=256)
     averages: int = Field(default=32, ge=1, le=4096)
+    array_rows: int = Field(default=1, ge=1, le=256)
+    element_spacing_wavelengths: float = Field(default=0.5, gt=0.0, le=10.0)
+    sampling: Literal["real", "complex"] = "real"
+    sweep_interval_ms: float | None = Field(default=None, gt=0.0)
     averaging: Literal["noncoherent", "coherent"] = "noncoherent"
     detect_on: Literal["channels", "beam"] = "channels"
     migration_corrected: bool = False
@@ -100,7 +112,15 @@ class RadarConfig(PartConfig):
     def _consistent(self) -> Self:
         if self.confirm_hits > self.confirm_window:
             raise ValueError(f"confirm_hits {self.confirm_hits} is more than confirm_window {self.confirm_window}")
-        sweeps = self.averages * self.sweep_time_ms * 1e-3
+        if self.channels % self.array_rows:
+            raise ValueError(f"channels {self.channels} do not fill {self.array_rows} array_rows evenly")
+        if self.sweep_interval_ms is not None and self.sweep_interval_ms < self.sweep_time_ms:
+            raise ValueError(
+                f"sweep_interval_ms {self.sweep_interval_ms:g} is shorter than sweep_time_ms {self.sweep_time_ms:g}"
+            )
+        if self.samples_per_sweep < 8:
+            raise ValueError("if_bandwidth_mhz and sweep_time_ms leave fewer than 8 samples in a sweep")
+        sweeps = self.averages * self.sweep_interval
         if self.update_interval_s < sweeps * (1 - 1e-9):
             raise ValueError(
                 f"update_interval_s {self.update_interval_s:g} is shorter than the averaged sweeps take, {sweeps:.6g} s"
@@ -116,6 +136,31 @@ class RadarConfig(PartConfig):
     def wavelength(self) -> float:
         """Wavelength, m."""
         return SPEED_OF_LIGHT / (self.carrier_frequency_ghz * 1e9)
+
+    @property
+    def sweep_interval(self) -> float:
+        """From the start of one sweep to the start of the next, s."""
+        return 1e-3 * (self.sweep_time_ms if self.sweep_interval_ms is None else self.sweep_interval_ms)
+
+    @property
+    def sampling_frequency(self) -> float:
+        """Samples a second of each channel, Hz (the 2 MHz of the errata, "Radar", for the radar of table 5.1)."""
+        return (2.0 if self.sampling == "real" else 1.0) * self.if_bandwidth_mhz * 1e6
+
+    @property
+    def samples_per_sweep(self) -> int:
+        """Samples of one channel in one sweep."""
+        return round(self.sampling_frequency * self.sweep_time_ms * 1e-3)
+
+    @property
+    def range_bins(self) -> int:
+        """Bins of a sweep's spectrum that stand for a range; bin i is that of range i times `range_bin`."""
+        return self.samples_per_sweep // 2 if self.sampling == "real" else self.samples_per_sweep
+
+    @property
+    def array_columns(self) -> int:
+        """Receiving channels in a row of the array."""
+        return self.channels // self.array_rows
 
     @property
     def range_bin(self) -> float:

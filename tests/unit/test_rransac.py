@@ -30,6 +30,8 @@ TRACKERS = [
     ErRransacTracker(ErRransacConfig(preset="robust")),
     ErRransacTracker(ErRransacConfig(preset="robust", hypothesis="turning")),
     ErRransacTracker(ErRransacConfig(preset="robust", hypothesis="linear")),
+    RransacTracker(RransacConfig(preset="robust", update="unscented")),
+    ErRransacTracker(ErRransacConfig(preset="robust", update="unscented")),
 ]
 
 
@@ -76,6 +78,7 @@ def test_given_keys_change_a_preset():
         {"begin_ratio": 0.2, "end_ratio": 0.4},
         {"ownship_limit": 4.0},
         {"seed": -1},
+        {"update": "unscented", "dimensions": 2},
     ],
 )
 def test_wrong_settings_are_refused(wrong):
@@ -303,3 +306,25 @@ def test_two_sensors_may_look_at_once():
 @pytest.mark.parametrize("name", ["rransac", "er_rransac", "rransac_article"])
 def test_trackers_go_by_name(name):
     assert PLOT_TRACKERS[name].startswith("wideberth.tracking.rransac.tracker:")
+
+
+@pytest.mark.parametrize(
+    ("tracker", "config", "truth"),
+    [
+        (RransacTracker, RransacConfig, straight([[150, 80, -60]], [[-6, 6, -1]], 150)),
+        (ErRransacTracker, ErRransacConfig, turning(0.15)),
+    ],
+)
+def test_unscented_and_tangent_updates_agree_where_plots_are_good(tracker, config, truth):
+    plots = made_plots(truth, 5, clutter=0)
+    tangent = tracker(config(preset="robust")).run(plots)
+    unscented = tracker(config(preset="robust", update="unscented")).run(plots)
+    np.testing.assert_array_equal(tangent.scan, unscented.scan)
+    late = tangent.scan > 60
+    apart = np.linalg.norm(tangent.x[late, :3] - unscented.x[late, :3], axis=1)
+    sigma = np.sqrt(np.trace(tangent.P[late, :3, :3], axis1=1, axis2=2))
+    assert np.median(apart / sigma) < 0.3
+    for table in (tangent, unscented):
+        assert len(table.nis) > 80
+        # The mean of n chi-square variables with 3 degrees of freedom, five standard deviations.
+        assert abs(table.nis.sum() / table.nis_dof.sum() - 1) < 5 * math.sqrt(2 / (3 * len(table.nis)))

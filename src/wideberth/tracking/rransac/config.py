@@ -62,9 +62,12 @@ class RransacConfig(PartConfig):
     gate_sigmas : tuple of float
         s of (3.11): range, azimuth, elevation; also that of the ownship test in range and angles.
     gate_mahalanobis : float
-    update : {"pseudo_measurement", "tangent", "polar"}
+    update : {"pseudo_measurement", "tangent", "polar", "unscented"}
         Position with the fixed variance `pseudo_variance_m2` (4.9)-(4.13); position with the plot's own covariance
-        along and across the line of sight; or range and angles by an EKF (3.6)-(3.9).
+        along and across the line of sight; range and angles by an EKF (3.6)-(3.9); or range and angles by an unscented
+        filter, which predicts through sigma points too.
+    unscented_scaling : tuple of float
+        alpha, beta and kappa of the sigma points.
     pseudo_variance_m2 : tuple of float
         R of table 4.5, north, east, down.
     weighting : {"mean", "nearest"}
@@ -128,7 +131,8 @@ class RransacConfig(PartConfig):
     gate: Literal["thresholds", "mahalanobis"] = "thresholds"
     gate_sigmas: Three = (2.5, 2.5, 2.5)
     gate_mahalanobis: Positive = 4.0
-    update: Literal["pseudo_measurement", "tangent", "polar"] = "pseudo_measurement"
+    update: Literal["pseudo_measurement", "tangent", "polar", "unscented"] = "pseudo_measurement"
+    unscented_scaling: tuple[Positive, NotNegative, NotNegative] = (0.5, 2.0, 0.0)
     pseudo_variance_m2: Three = (1e-2, 1e-2, 1e-2)
     weighting: Literal["mean", "nearest"] = "mean"
     process_noise_per_s: NineNoises = (1e-4, 1e-4, 1e-5, 1e-4, 1e-4, 1e-5, 1e-4, 1e-4, 1e-5)
@@ -166,6 +170,8 @@ class RransacConfig(PartConfig):
     def _consistent(self) -> Self:
         if self.end_ratio > self.begin_ratio:
             raise ValueError(f"end_ratio {self.end_ratio:g} must not be above begin_ratio {self.begin_ratio:g}")
+        if self.update == "unscented" and self.dimensions == 2:
+            raise ValueError("update must not be unscented in two dimensions: a known altitude has no sigma points")
         if self.ownship_test != "chi_square" and self.ownship_limit >= 1.0:
             raise ValueError(f"ownship_limit {self.ownship_limit:g} is a ratio below 1 with this ownship_test")
         return self

@@ -5,20 +5,29 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit_uncounted
+from wideberth._jit import jit, jit_uncounted
 from wideberth.tracking.matrix_kernels import cholesky, congruence, log_determinant
 from wideberth.tracking.motion_kernels import TURNING, predict, propagate, state_count, transition
 from wideberth.tracking.radar_kernels import directions, plot_jacobian, to_plot, to_sensor, wrap
-from wideberth.tracking.rransac.state_kernels import POLAR, PSEUDO, Scan, Settings, Work
+from wideberth.tracking.rransac.state_kernels import POLAR, PSEUDO, UNSCENTED, Scan, Settings, Work
+from wideberth.tracking.unscented_kernels import unscented_predict, unscented_update
 from wideberth.tracking.update_kernels import update
 
 FloatArray = NDArray[np.float64]
 
 
+# Not inlined where it is called, as few use it.
+@jit
+def _predict_unscented(s: Settings, model: int, dt: float, x: FloatArray, p: FloatArray, work: Work) -> bool:
+    return unscented_predict(model, dt, s.spectral, s.scaling, x, p, work.points, work.unscented)
+
+
 @jit_uncounted
 def predict_track(s: Settings, model: int, dt: float, x: FloatArray, p: FloatArray, work: Work) -> None:
     """Take a state and covariance `dt` further: the full discrete step (errata to thesis (4.8) and (3.5))."""
-    predict(model, dt, s.spectral, x, p, work.f, work.square)
+    # A covariance that has no sigma points is predicted as it is; gating then finds it unsound.
+    if s.update != UNSCENTED or not _predict_unscented(s, model, dt, x, p, work):
+        predict(model, dt, s.spectral, x, p, work.f, work.square)
     for i in range(state_count(model)):
         p[i, i] += s.process_per_s[i] * dt
     if s.dimensions == 2:
@@ -111,6 +120,31 @@ def inside_box(
     return abs(a) < box[0] and abs(b) < box[1] and abs(c) < box[2], a * a + b * b + c * c
 
 
+@jit
+def _unscented(
+    s: Settings,
+    model: int,
+    x: FloatArray,
+    p: FloatArray,
+    plot: FloatArray,
+    sensor: FloatArray,
+    attitude: FloatArray,
+    sigma: FloatArray,
+    work: Work,
+) -> float:
+    """Update a state with range and angles through sigma points; return the normalised innovation."""
+    four, variance, standing = work.rows[5, 0:4], work.rows[6, 0:4], work.rows[7, 0:3]
+    for k in range(3):
+        four[k] = plot[k]
+        variance[k] = sigma[k] * sigma[k]
+        standing[k] = 0.0
+    four[3] = math.nan
+    nis, _ = unscented_update(
+        model, s.scaling, x, p, sensor, standing, attitude, four, variance, work.points, work.seen, work.unscented
+    )
+    return nis
+
+
 @jit_uncounted
 def update_track(
     s: Settings,
@@ -126,6 +160,8 @@ def update_track(
 ) -> float:
     """Update a state with one plot, given as range and angles and as position; return the normalised innovation."""
     n = state_count(model)
+    if s.update == UNSCENTED:
+        return _unscented(s, model, x, p, plot, sensor, attitude, sigma, work)
     seen, expected, axes = work.rows[0, 0:3], work.rows[1, 0:3], work.rows[2:5, 0:3]
     innovation, variance, h = work.rows[5, 0:3], work.rows[6, 0:3], work.h
     for k in range(3):

@@ -81,6 +81,7 @@ def add_track(s: Settings, window: Window, tracks: Tracks, clock: Clock, counts:
         for j in range(state_count(s.model)):
             tracks.p[place, i, j] = work.best_p[i, j]
     tracks.own_statistic[place] = 0.0
+    tracks.nis[place] = math.nan
     tracks.integers[place, ALIVE] = 1
     tracks.integers[place, SEEN] = 1
     tracks.integers[place, ID] = clock.integers[TRACKS]

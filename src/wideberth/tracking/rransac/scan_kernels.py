@@ -158,10 +158,11 @@ def _update_nearest(
     for i in range(n):
         if tracks.integers[i, ALIVE]:
             hit = work.best[i] <= -2
+            tracks.nis[i] = math.nan
             record_look(s, tracks, i, slot, hit, is_visible(scan, work.predicted[i]), fresh, scan.t)
             if hit:
                 k = -2 - work.best[i]
-                update_track(
+                tracks.nis[i] = update_track(
                     s,
                     s.model,
                     tracks.x[i],
@@ -205,12 +206,13 @@ def _update_mean(
                 difference = plots[k, j] - expected[j]
                 plot[j] += wrap(difference) if j == 1 else difference
                 position[j] += positions[k, j]
+        tracks.nis[i] = math.nan
         record_look(s, tracks, i, slot, total > 0, is_visible(scan, expected), fresh, scan.t)
         if total > 0:
             for j in range(3):
                 plot[j] = expected[j] + plot[j] / total
                 position[j] /= total
-            update_track(
+            tracks.nis[i] = update_track(
                 s,
                 s.model,
                 tracks.x[i],
@@ -375,6 +377,7 @@ def run_scans(
     out_p: FloatArray,
     out_existence: FloatArray,
     out_own: ByteArray,
+    out_nis: FloatArray,
 ) -> int:
     """Run a file of scans; the arguments are the arrays of `Plots`, and those of a `TrackTable` with enough rows.
 
@@ -416,6 +419,7 @@ def run_scans(
             out_scan[rows], out_id[rows] = k, tracks.integers[i, ID]
             out_existence[rows] = existence(s, tracks, i, detection_probability)
             out_own[rows] = tracks.integers[i, IS_OWN]
+            out_nis[rows] = tracks.nis[i]
             rows += 1
     return rows
 
@@ -431,5 +435,5 @@ def warmup() -> None:
     run_scans(
         s, window, tracks, clock, work, np.arange(2), z, np.ones(1), np.ones((1, 3)), np.eye(3)[None].copy(), s.sigma,
         view, 1e3, 0.8, np.zeros((1, 6)), counts, np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros((3, 9)),
-        np.zeros((3, 9, 9)), np.zeros(3), np.zeros(3, np.uint8),
+        np.zeros((3, 9, 9)), np.zeros(3), np.zeros(3, np.uint8), np.zeros(3),
     )  # fmt: skip

@@ -9,7 +9,12 @@ from wideberth.tracking.rransac import state_kernels as state
 from wideberth.tracking.rransac.config import ErRransacConfig, RransacConfig
 
 _GATES = {"thresholds": state.BOX, "mahalanobis": state.MAHALANOBIS}
-_UPDATES = {"polar": state.POLAR, "pseudo_measurement": state.PSEUDO, "tangent": state.TANGENT}
+_UPDATES = {
+    "polar": state.POLAR,
+    "pseudo_measurement": state.PSEUDO,
+    "tangent": state.TANGENT,
+    "unscented": state.UNSCENTED,
+}
 _WEIGHTINGS = {"mean": state.MEAN, "nearest": state.NEAREST}
 _OWN_TESTS = {"polar": state.OWN_POLAR, "states": state.OWN_STATES, "chi_square": state.OWN_CHI_SQUARE}
 _MODELS = {
@@ -61,6 +66,7 @@ def settings_of(c: RransacConfig) -> state.Settings:
         gate_box=np.array(c.gate_sigmas),
         gate_square=c.gate_mahalanobis**2,
         update=_UPDATES[c.update],
+        scaling=np.array(c.unscented_scaling),
         weighting=_WEIGHTINGS[c.weighting],
         fixed_variance=np.array(c.pseudo_variance_m2),
         process_per_s=np.array(c.process_noise_per_s),

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
+from wideberth.tracking.unscented_kernels import POINT_ROWS, WORK_ROWS
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -15,8 +16,9 @@ ByteArray = NDArray[np.uint8]
 # How a plot is found to belong to a track: thresholds for each element (thesis (3.10)), or the innovation covariance.
 BOX, MAHALANOBIS = 0, 1
 # How a plot updates a track: EKF on range and angles (thesis (3.6)-(3.9)), pseudo-measurements with a fixed R (thesis
-# (4.9)-(4.13)), or pseudo-measurements with the plot's own covariance along and across the line of sight.
-POLAR, PSEUDO, TANGENT = 0, 1, 2
+# (4.9)-(4.13)), pseudo-measurements with the plot's own covariance along and across the line of sight, or an unscented
+# filter on range and angles.
+POLAR, PSEUDO, TANGENT, UNSCENTED = 0, 1, 2, 3
 # Weights w_ij: the mean of all inliers of a track, or one plot to one track, the best pairs first.
 MEAN, NEAREST = 0, 1
 # How the ownship is told: inlier ratio of telemetry in range and angles, in states, or a running chi-square.
@@ -66,6 +68,7 @@ class Settings(NamedTuple):
     gate_box: FloatArray  # (3,) in standard deviations
     gate_square: float
     update: int
+    scaling: FloatArray  # (3,) of the sigma points
     weighting: int
     fixed_variance: FloatArray  # (3,)
     process_per_s: FloatArray  # (9,)
@@ -118,6 +121,7 @@ class Tracks(NamedTuple):
     own_hits: ByteArray  # (C, N)
     own_statistic: FloatArray  # (C,)
     t_update: FloatArray  # (C,)
+    nis: FloatArray  # (C,) normalised innovation squared of the last scan's update, NaN without one
 
 
 class Clock(NamedTuple):
@@ -169,6 +173,9 @@ class Work(NamedTuple):
     fit_attitude: FloatArray  # (3, 3, 3)
     start: FloatArray  # (9,)
     fit: FloatArray  # (30, 9)
+    points: FloatArray  # (POINT_ROWS, 9) of the unscented filter
+    seen: FloatArray  # (POINT_ROWS, 4)
+    unscented: FloatArray  # (WORK_ROWS, 9)
 
 
 @jit_uncounted
@@ -187,7 +194,7 @@ def small_settings() -> Settings:
     """Return settings with which kernels can be compiled: a window of 4 scans of 2 plots, 2 tracks."""
     three, nine = np.full(3, 4.0), np.full(9, 4.0)
     return Settings(
-        0, 2, 3, 0.0, 0.0, False, 0, 4, 2, 2, np.full(3, 0.1), 0, three, 16.0, 0, 0, three, nine, three,
+        0, 2, 3, 0.0, 0.0, False, 0, 4, 2, 2, np.full(3, 0.1), 0, three, 16.0, 0, three, 0, three, nine, three,
         5, three, 4, 2, False, 0.0, 1.0, 2, 1, 0, 3, nine, 0, np.full(6, 4.0), 0.5, np.ones(2), False,
         nine, nine, 1e-9, 5, 1.0, 5.0,
     )  # fmt: skip
@@ -217,6 +224,7 @@ def make_tracks(capacity: int, scans: int) -> Tracks:
         own_hits=np.zeros((capacity, scans), np.uint8),
         own_statistic=np.zeros(capacity),
         t_update=np.zeros(capacity),
+        nis=np.full(capacity, math.nan),
     )
 
 
@@ -254,6 +262,9 @@ def make_work(capacity: int, scans: int, plots: int) -> Work:
         fit_attitude=np.zeros((3, 3, 3)),
         start=np.zeros(9),
         fit=np.zeros((30, 9)),
+        points=np.zeros((POINT_ROWS, 9)),
+        seen=np.zeros((POINT_ROWS, 4)),
+        unscented=np.zeros((WORK_ROWS, 9)),
     )
 
 

@@ -216,7 +216,7 @@ class RransacTracker:
         self._reset()
         self._counts[:] = 0
         parts = [self._run_part(plots, k) for k in range(0, max(plots.n_scans, 1), _SCANS_AT_ONCE)]
-        scan, track_id, x, p, probability, own = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
+        scan, track_id, x, p, probability, own, nis = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
         return TrackTable(
             scan=scan.astype(np.int32),
             track_id=track_id,
@@ -225,6 +225,8 @@ class RransacTracker:
             existence=probability,
             is_ownship=own.astype(np.bool_),
             counters=self.counters,
+            nis=nis[np.isfinite(nis)],
+            nis_dof=np.full(np.isfinite(nis).sum(), float(self._settings.dimensions)),
         )
 
     def _run_part(self, plots: Plots, start: int) -> tuple[NDArray[Any], ...]:
@@ -232,7 +234,7 @@ class RransacTracker:
         n = (stop - start) * self._settings.tracks
         scan, track_id = np.empty(n, np.int64), np.empty(n, np.int64)
         x, p = np.empty((n, 9)), np.empty((n, 9, 9))
-        probability, own = np.empty(n), np.empty(n, np.uint8)
+        probability, own, nis = np.empty(n), np.empty(n, np.uint8), np.empty(n)
         rows = run_scans(
             self._settings,
             self._window,
@@ -256,8 +258,9 @@ class RransacTracker:
             p,
             probability,
             own,
+            nis,
         )
-        return scan[:rows] + start, track_id[:rows], x[:rows], p[:rows], probability[:rows], own[:rows]
+        return tuple(column[:rows] for column in (scan + start, track_id, x, p, probability, own, nis))
 
 
 class RransacArticleTracker(RransacTracker):

@@ -1,0 +1,1 @@
+"""Raw samples of a radar in NumPy files."""

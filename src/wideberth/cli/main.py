@@ -12,6 +12,7 @@ COMMANDS = (
     "run",
     "replay",
     "compare",
+    "movie",
     "track",
     "tracks",
     "missions",

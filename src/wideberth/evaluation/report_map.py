@@ -38,7 +38,7 @@ _ASPECT_MIN, _ASPECT_MAX = 0.5, 0.86
 def map_figure(log: FlightLog, near: list[Encounter], mission: Mission | None) -> Figure:
     """Return the map: mission, path flown, near aircraft with their tracks and uncertainty, the others faint."""
     with rc_context(RC):
-        limits = _limits(log, near, mission)
+        limits = map_limits(log, near, mission)
         aspect = (limits[3] - limits[2]) / (limits[1] - limits[0])
         figure = new_figure(9.6, 8.8 * aspect + 1.1)
         axes = figure.add_subplot()
@@ -73,7 +73,7 @@ def map_figure(log: FlightLog, near: list[Encounter], mission: Mission | None) -
     return figure
 
 
-def _limits(log: FlightLog, near: list[Encounter], mission: Mission | None) -> tuple[float, float, float, float]:
+def map_limits(log: FlightLog, near: list[Encounter], mission: Mission | None) -> tuple[float, float, float, float]:
     """Return east and north limits: the ownship's path, its mission, and where the near aircraft were closest."""
     points = [log.own.positions[:, :2]]
     if mission is not None:

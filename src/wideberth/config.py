@@ -20,6 +20,7 @@ from wideberth.simulation.config import (
     TRAFFIC,
     EvaluationConfig,
     MissionConfig,
+    MonteCarloConfig,
     OriginConfig,
     PositionConfig,
     RecordedTrafficConfig,
@@ -71,6 +72,7 @@ class _GeneralConfig(PartConfig):
     mission: MissionConfig | None = None
     wind: WindConfig = WindConfig()
     evaluation: EvaluationConfig = EvaluationConfig()
+    montecarlo: MonteCarloConfig = MonteCarloConfig()
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +95,7 @@ class ScenarioConfig:
         None: to be given with the run.
     wind : WindConfig
     evaluation : EvaluationConfig
+    montecarlo : MonteCarloConfig
     traffic : SimulatedTrafficConfig or RecordedTrafficConfig
     ownship, sensor, tracker, detection, avoidance : Part
     """
@@ -107,6 +110,7 @@ class ScenarioConfig:
     mission: MissionConfig | None
     wind: WindConfig
     evaluation: EvaluationConfig
+    montecarlo: MonteCarloConfig
     traffic: SimulatedTrafficConfig | RecordedTrafficConfig
     ownship: Part
     sensor: Part
@@ -213,6 +217,23 @@ def apply_override(tables: dict[str, Any], override: str) -> None:
             node[index] = _parse_value(text.strip())
         else:
             node = node[index]
+
+
+def value_at(tables: Mapping[str, Any], key: str) -> Any:
+    """Return what stands at a path such as ``traffic.intruders.0.course_deg``.
+
+    Raises
+    ------
+    InputError
+        If there is nothing.
+    """
+    node: Any = tables
+    for part in key.split("."):
+        try:
+            node = node[int(part)] if isinstance(node, list) else node[part]
+        except (KeyError, IndexError, ValueError, TypeError):
+            raise InputError(f"{key}: the scenario gives no value there") from None
+    return node
 
 
 def _parse_value(text: str) -> Any:

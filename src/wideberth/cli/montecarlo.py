@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from wideberth.errors import InputError
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -19,14 +21,15 @@ _SAY_EVERY_S = 60.0
 
 def montecarlo(
     experiment: Annotated[
-        str, typer.Argument(help="Experiment file (TOML), or its name in ./experiments.", show_default=False)
+        str,
+        typer.Argument(help="Experiment file (TOML) or its name in ./experiments; or a scenario.", show_default=False),
     ],
     out: Annotated[
         Path,
         typer.Option(help="Folder for the rows (Parquet), summary.json and report.html.", show_default=False),
     ],
     encounters: Annotated[
-        int | None, typer.Option(help="Encounters for each number of intruders, instead of the experiment's.")
+        int | None, typer.Option(help="Encounters for each number of intruders, or runs, instead of the file's.")
     ] = None,
     intruders: Annotated[
         int | None, typer.Option(help="One number of intruders, instead of all of the experiment's.")
@@ -58,6 +61,8 @@ def montecarlo(
 ) -> None:
     """Run an experiment's random encounters, each with and without avoidance, and report.
 
+    A scenario instead of an experiment is flown --encounters times, with noise and what its table montecarlo draws.
+
     A run that was interrupted or killed goes on with --resume; rows do not depend on how often that happened, nor on
     workers, parts or engine.
     """
@@ -67,9 +72,17 @@ def montecarlo(
     from wideberth.evaluation.montecarlo.experiment import load_experiment
     from wideberth.evaluation.montecarlo.manifest import MANIFEST
     from wideberth.evaluation.montecarlo.plan import Part, find_experiment, parse_part
+    from wideberth.evaluation.scenario_runs.study import is_scenario
 
     overrides = list(set_ or ())
     path = find_experiment(experiment)
+    if is_scenario(path):
+        if intruders is not None or shard is not None or engine != "local" or scheduler is not None or sensitivity:
+            raise InputError("--intruders, --shard, --engine, --scheduler and --sensitivity are for experiments")
+        _fly_scenario(
+            path, overrides, out, seed, encounters, workers, both=not no_avoidance, resume=resume, page=report
+        )
+        return
     request = Request(
         experiment=load_experiment(path, overrides),
         out=out,
@@ -121,6 +134,88 @@ def montecarlo(
         return
     console.print(_table(request.experiment.name, outcome.summary))
     _say_where(console, outcome, out)
+
+
+def _fly_scenario(
+    path: Path,
+    overrides: list[str],
+    out: Path,
+    seed: int | None,
+    runs: int | None,
+    workers: int | None,
+    *,
+    both: bool,
+    resume: bool,
+    page: bool,
+) -> None:
+    import json
+
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from wideberth.config import apply_override, build_scenario, read_toml
+    from wideberth.evaluation.report_shell import write_files
+    from wideberth.evaluation.scenario_runs.study import Study, run_study
+    from wideberth.evaluation.scenario_runs.summary import summarise, write_page
+
+    tables = read_toml(path)
+    for override in overrides:
+        apply_override(tables, override)
+    checked = build_scenario(tables, source=str(path), folder=path.parent)
+    study = Study(
+        tables=tables,
+        source=str(path),
+        folder=str(path.parent),
+        seed=checked.seed if seed is None else seed,
+        runs=checked.montecarlo.runs if runs is None else runs,
+        both=both,
+    )
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    try:
+        with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+            task = bar.add_task(checked.name, total=study.runs)
+            rows = run_study(
+                study, out, workers, resume=resume, progress=lambda done, _: bar.update(task, completed=done)
+            )
+    except KeyboardInterrupt:
+        _interrupted(f"the same command with --resume (rows in {out})")
+    summary = summarise(study, rows)
+    write_files(out, {"summary.json": json.dumps(summary, indent=2, allow_nan=False) + "\n"})
+    console = Console()
+    console.print(_scenario_table(checked.name, summary))
+    _say(console, f"rows:    {out / 'runs.jsonl'}\nsummary: {out / 'summary.json'}")
+    if page:
+        _say(console, f"report:  {write_page(out, study, rows, summary)}")
+
+
+def _scenario_table(name: str, summary: dict[str, Any]) -> Any:
+    """Return the closing table of a scenario: events, paths and times, without and with avoidance."""
+    from rich.table import Table
+
+    from wideberth.evaluation.scenario_runs.summary import EVENTS
+
+    ways = [way for way in ("without", "with") if way in summary]
+    table = Table(title=f"{name}: {summary['runs']} runs")
+    table.add_column("runs with")
+    for way in ways:
+        table.add_column(f"{way} avoidance", justify="right")
+    for key, (_, words) in EVENTS.items():
+        cells = []
+        for way in ways:
+            entry = summary["events"][key][way]
+            low, high = entry["interval"]
+            cells.append(f"{entry['runs']} ({100 * low:.1f} to {100 * high:.1f} %)")
+        table.add_row(words, *cells)
+    ratio = [summary[way]["path_ratio"] for way in ways]
+    cycle = [summary[way]["step_time_ms"] for way in ways]
+    table.add_section()
+    table.add_row("missions completed", *(str(summary[way]["missions_completed"]) for way in ways))
+    table.add_row("reversals, all runs", *(str(summary[way]["reversals"]) for way in ways))
+    table.add_row(
+        "path flown / mission, mean and max", *("-" if r is None else f"{r['mean']:.3f}, {r['max']:.3f}" for r in ratio)
+    )
+    table.add_row("step, mean and max, ms", *(f"{c['mean']:.2f}, {c['max']:.1f}" for c in cycle))
+    return table
 
 
 def _interrupted(command: str) -> None:

@@ -158,6 +158,66 @@ class SimulatedTrafficConfig(PartConfig):
         return self
 
 
+class VariationConfig(PartConfig):
+    """A key of the scenario that is drawn anew for each run of a Monte Carlo.
+
+    Attributes
+    ----------
+    key : str
+        As `--set` takes it: ``traffic.intruders.0.course_deg``.
+    distribution : {"uniform", "normal", "choice"}
+    low, high : float
+        Of the uniform one.
+    mean, sigma : float
+        Of the normal one.
+    values : tuple
+        Of which the choice takes one, all equally probable.
+    add : bool
+        Whether the number is added to what the scenario says.
+    """
+
+    key: Annotated[str, Field(min_length=1)]
+    distribution: Literal["uniform", "normal", "choice"] = "uniform"
+    low: float | None = None
+    high: float | None = None
+    mean: float = 0.0
+    sigma: Annotated[float, Field(ge=0.0)] | None = None
+    values: tuple[bool | int | float | str, ...] = ()
+    add: bool = False
+
+    @model_validator(mode="after")
+    def _complete(self) -> Self:
+        if self.distribution == "uniform" and (self.low is None or self.high is None or self.low > self.high):
+            raise ValueError("uniform needs low and high, low not above high")
+        if self.distribution == "normal" and self.sigma is None:
+            raise ValueError("normal needs sigma")
+        if self.distribution == "choice" and (not self.values or self.add):
+            raise ValueError("choice needs values, and cannot add")
+        return self
+
+
+class MonteCarloConfig(PartConfig):
+    """How `wideberth montecarlo` flies the scenario many times.
+
+    Attributes
+    ----------
+    runs : int
+        Each with its own noise.
+    vary : tuple of VariationConfig
+        What differs besides.
+    """
+
+    runs: Annotated[int, Field(ge=1, le=1_000_000)] = 100
+    vary: tuple[VariationConfig, ...] = ()
+
+    @model_validator(mode="after")
+    def _keys_differ(self) -> Self:
+        keys = [variation.key for variation in self.vary]
+        if len(set(keys)) != len(keys):
+            raise ValueError("vary: a key is drawn twice")
+        return self
+
+
 class RecordedTrafficConfig(PartConfig):
     """Traffic from a file, standard input (`-`) or a live receiver (`beast://host:port`, `sbs://host:port`)."""
 

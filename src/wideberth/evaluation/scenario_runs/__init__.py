@@ -1,0 +1,1 @@
+"""One scenario flown many times, with what its table `montecarlo` draws."""

@@ -14,7 +14,8 @@ from wideberth.sensors.adsb.receiver import AdsbReceiver
 from wideberth.sensors.adsb.report import AdsbReport, TrafficSource
 from wideberth.sensors.adsb.report_list import ReportList
 from wideberth.sensors.adsb.sources import open_traffic
-from wideberth.simulation.config import RecordedTrafficConfig, SimulatedTrafficConfig
+from wideberth.simulation.config import RandomTrafficConfig, RecordedTrafficConfig, SimulatedTrafficConfig
+from wideberth.simulation.random_encounters import draw_intruders
 from wideberth.simulation.recorded import RecordedTraffic
 from wideberth.simulation.simulated import SimulatedTraffic
 from wideberth.simulation.truth import Truth
@@ -137,8 +138,8 @@ def build_traffic(
     InputError
         If recorded traffic is not named, cannot be read, or has nothing at the time of the mission.
     """
-    if isinstance(scenario.traffic, SimulatedTrafficConfig):
-        simulated = SimulatedTraffic(scenario.traffic, frame, mission.t_start, scenario.wind.vector())
+    if not isinstance(scenario.traffic, RecordedTrafficConfig):
+        simulated = SimulatedTraffic(_intruders(scenario, mission), frame, mission.t_start, scenario.wind.vector())
         model = scenario.sensor.target(scenario.sensor.config, scenario.seed, simulated.ids, simulated.callsigns)
         return Traffic(simulated, (ModelledSensor(model, simulated),), True, None, math.inf)
     if loaded is not None:
@@ -150,6 +151,13 @@ def build_traffic(
         receiver = AdsbReceiver(scenario.sensor.config, source, frame)
         return Traffic(UnknownTraffic(), (receiver,), False, source, math.inf)
     return _recorded(scenario, scenario.traffic, mission, frame, longest, _load(source))
+
+
+def _intruders(scenario: ScenarioConfig, mission: Mission) -> SimulatedTrafficConfig:
+    if isinstance(scenario.traffic, RandomTrafficConfig):
+        return SimulatedTrafficConfig(intruders=draw_intruders(scenario.traffic, mission, scenario.seed))
+    assert isinstance(scenario.traffic, SimulatedTrafficConfig)
+    return scenario.traffic
 
 
 def _recorded(

@@ -23,6 +23,7 @@ from wideberth.simulation.config import (
     MonteCarloConfig,
     OriginConfig,
     PositionConfig,
+    RandomTrafficConfig,
     RecordedTrafficConfig,
     SimulatedTrafficConfig,
     WindConfig,
@@ -96,7 +97,7 @@ class ScenarioConfig:
     wind : WindConfig
     evaluation : EvaluationConfig
     montecarlo : MonteCarloConfig
-    traffic : SimulatedTrafficConfig or RecordedTrafficConfig
+    traffic : SimulatedTrafficConfig, RandomTrafficConfig or RecordedTrafficConfig
     ownship, sensor, tracker, detection, avoidance : Part
     """
 
@@ -111,7 +112,7 @@ class ScenarioConfig:
     wind: WindConfig
     evaluation: EvaluationConfig
     montecarlo: MonteCarloConfig
-    traffic: SimulatedTrafficConfig | RecordedTrafficConfig
+    traffic: SimulatedTrafficConfig | RandomTrafficConfig | RecordedTrafficConfig
     ownship: Part
     sensor: Part
     tracker: Part
@@ -325,7 +326,7 @@ def _kind(key: str, table: object, default: str, wrong: list[str]) -> tuple[str,
 
 def _traffic(
     table: object, folder: Path | None, wrong: list[str]
-) -> SimulatedTrafficConfig | RecordedTrafficConfig | None:
+) -> SimulatedTrafficConfig | RandomTrafficConfig | RecordedTrafficConfig | None:
     chosen = _kind("traffic", table, "simulated", wrong)
     if chosen is None:
         return None
@@ -339,7 +340,7 @@ def _traffic(
         if is_file and folder is not None:
             return config.model_copy(update={"path": str(folder / str(config.path))})
         return config
-    return config if isinstance(config, SimulatedTrafficConfig) else None
+    return config if isinstance(config, SimulatedTrafficConfig | RandomTrafficConfig) else None
 
 
 def _sensor_table(tables: Mapping[str, Any], recorded: bool) -> object:

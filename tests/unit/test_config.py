@@ -166,7 +166,10 @@ def test_intruders() -> None:
         ({"tracker": {"kind": ":"}}, "tracker.kind: cannot load :"),
         ({"tracker": {"kind": "math:pi"}}, "tracker.kind: math:pi is not a class"),
         ({"tracker": {"kind": "tests.unit.test_config:NoModel"}}, "has no configuration model"),
-        ({"traffic": {"kind": "imagined"}}, "traffic.kind: there is no 'imagined' (known: simulated, recorded)"),
+        (
+            {"traffic": {"kind": "imagined"}},
+            "traffic.kind: there is no 'imagined' (known: simulated, random, recorded)",
+        ),
         ({"traffic": {"kind": "recorded", "max_gap_min": 1}}, "traffic.max_gap_min: wrong unit: write max_gap_s = 60"),
         ({"mission": {"waypoints": WAYPOINTS}}, "mission: speed_mps is missing"),
         ({"mission": {"speed_mps": 3.0}}, "mission.waypoints: missing"),

@@ -14,6 +14,7 @@ from wideberth.types import FloatArray, Mission
 PresetName = Literal["sarp", "do365_phase1", "do365_buffered", "do365_noncooperative", "astm_f3442", "nmac"]
 Latitude = Annotated[float, Field(ge=-90.0, le=90.0)]
 Longitude = Annotated[float, Field(ge=-180.0, le=180.0)]
+CrossSection = Annotated[float, Field(gt=0.0, le=1e6)]
 Speed = Annotated[float, Field(ge=0.0, le=1000.0)]
 
 
@@ -109,8 +110,31 @@ class WindConfig(PartConfig):
         return np.array([self.north_mps, self.east_mps, -self.up_mps])
 
 
+class LegConfig(PartConfig):
+    """A part of a flight with constant rates (turning model, thesis (3.48)).
+
+    Attributes
+    ----------
+    duration_s : float
+    acceleration_mps2 : float
+        Along the path.
+    turn_rate_dps : float
+        Clockwise.
+    path_angle_rate_dps : float
+        Upwards.
+    """
+
+    duration_s: Annotated[float, Field(gt=0.0, le=3600.0)]
+    acceleration_mps2: Annotated[float, Field(ge=-50.0, le=50.0)] = 0.0
+    turn_rate_dps: Annotated[float, Field(ge=-60.0, le=60.0)] = 0.0
+    path_angle_rate_dps: Annotated[float, Field(ge=-30.0, le=30.0)] = 0.0
+
+
 class IntruderConfig(PartConfig):
-    """A simulated aircraft: on a straight course from a position, or along waypoints."""
+    """A simulated aircraft: on a straight course from a position, through legs and straight on, or along waypoints.
+
+    `rcs_m2` is its mean radar cross-section: about 1 m2 is a light aircraft, 0.1 m2 a large drone.
+    """
 
     address: Annotated[str, Field(pattern=r"^[0-9a-f]{6}$")]
     callsign: str | None = None
@@ -119,6 +143,8 @@ class IntruderConfig(PartConfig):
     speed_mps: Speed | None = None
     climb_rate_mps: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
     waypoints: tuple[WaypointConfig, ...] = ()
+    rcs_m2: CrossSection = 1.0
+    legs: Annotated[tuple[LegConfig, ...], Field(max_length=1000)] = ()
 
     @field_validator("address", mode="before")
     @classmethod
@@ -131,6 +157,8 @@ class IntruderConfig(PartConfig):
         if self.waypoints:
             if self.position is not None or self.course_deg is not None or self.climb_rate_mps != 0.0:
                 raise ValueError("give either waypoints, or position, course_deg and climb_rate_mps, not both")
+            if self.legs:
+                raise ValueError("legs go with position, course_deg and speed_mps, not with waypoints")
             if len(self.waypoints) < 2:
                 raise ValueError("waypoints needs at least two points")
             _check_speeds(self.waypoints, self.speed_mps)
@@ -155,6 +183,60 @@ class SimulatedTrafficConfig(PartConfig):
         twice = sorted({a for a in addresses if addresses.count(a) > 1})
         if twice:
             raise ValueError(f"two intruders have the same address: {', '.join(twice)}")
+        return self
+
+
+class RandomTrafficConfig(PartConfig):
+    """Intruders drawn from the seed so that they come near the ownship's mission.
+
+    Attributes
+    ----------
+    intruders_min, intruders_max : int
+        Their number is uniform.
+    time_min_s, time_max_s : float
+        When each is closest, after the mission's start.
+    miss_max_m, height_max_m : float
+        Horizontal distance then, uniform from 0, and height difference, uniform to both sides.
+    speed_min_mps, speed_max_mps, path_angle_max_deg : float
+        Then; courses are uniform.
+    closing_speed_min_mps : float
+        Least horizontal relative speed then.
+    start_distance_min_m : float
+        Least distance from the ownship at the start.
+    maneuvering : bool
+        Whether they fly legs, each straight, a turn, a turn with a change of speed, or a change of the path angle.
+    leg_min_s, leg_max_s, turn_rate_max_dps, acceleration_max_mps2, path_angle_rate_max_dps : float
+    rcs_m2, ownship_rcs_m2 : float
+        Mean radar cross-sections.
+    """
+
+    intruders_min: Annotated[int, Field(ge=0, le=64)] = 1
+    intruders_max: Annotated[int, Field(ge=0, le=64)] = 4
+    time_min_s: Annotated[float, Field(gt=0.0)] = 20.0
+    time_max_s: Annotated[float, Field(gt=0.0, le=36_000.0)] = 45.0
+    miss_max_m: Annotated[float, Field(ge=0.0)] = 100.0
+    height_max_m: Annotated[float, Field(ge=0.0)] = 20.0
+    speed_min_mps: Annotated[float, Field(gt=0.0)] = 10.0
+    speed_max_mps: Annotated[float, Field(gt=0.0, le=1000.0)] = 22.0
+    path_angle_max_deg: Annotated[float, Field(ge=0.0, le=30.0)] = 3.0
+    closing_speed_min_mps: Annotated[float, Field(gt=0.0)] = 3.0
+    start_distance_min_m: Annotated[float, Field(ge=0.0)] = 250.0
+    maneuvering: bool = False
+    leg_min_s: Annotated[float, Field(gt=0.0)] = 5.0
+    leg_max_s: Annotated[float, Field(gt=0.0)] = 20.0
+    turn_rate_max_dps: Annotated[float, Field(ge=0.0, le=30.0)] = 8.0
+    acceleration_max_mps2: Annotated[float, Field(ge=0.0, le=20.0)] = 0.2
+    path_angle_rate_max_dps: Annotated[float, Field(ge=0.0, le=10.0)] = 0.5
+    rcs_m2: CrossSection = 1.0
+    ownship_rcs_m2: CrossSection = 0.1
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        for name in ("intruders", "time", "speed", "leg"):
+            unit = {"intruders": "", "time": "_s", "speed": "_mps", "leg": "_s"}[name]
+            low, high = getattr(self, f"{name}_min{unit}"), getattr(self, f"{name}_max{unit}")
+            if low > high:
+                raise ValueError(f"{name}_min{unit} {low:g} is above {name}_max{unit} {high:g}")
         return self
 
 
@@ -226,7 +308,11 @@ class RecordedTrafficConfig(PartConfig):
     max_gap_s: Annotated[float, Field(gt=0.0)] = 15.0
 
 
-TRAFFIC: Mapping[str, type[PartConfig]] = {"simulated": SimulatedTrafficConfig, "recorded": RecordedTrafficConfig}
+TRAFFIC: Mapping[str, type[PartConfig]] = {
+    "simulated": SimulatedTrafficConfig,
+    "random": RandomTrafficConfig,
+    "recorded": RecordedTrafficConfig,
+}
 
 
 class CylinderConfig(PartConfig):

@@ -6,6 +6,7 @@ import numpy as np
 
 from wideberth.frames import LocalFrame
 from wideberth.simulation.config import IntruderConfig, SimulatedTrafficConfig, path_arrays
+from wideberth.simulation.legs import Leg, LegFlight
 from wideberth.simulation.truth import Truth
 from wideberth.types import FloatArray
 from wideberth.vehicles import kernels
@@ -21,7 +22,7 @@ class SimulatedTraffic:
     """The true states of simulated intruders at any time.
 
     Intruders on waypoints are flown as point masses that may fly a third slower and faster than their waypoints say and
-    keep the last leg's course afterwards; the others keep course, speed and climb rate for ever.
+    keep the last leg's course afterwards; others fly the legs that they have, and then keep course, speed and climb.
 
     Parameters
     ----------
@@ -51,7 +52,7 @@ class SimulatedTraffic:
         self.callsigns = tuple(i.callsign for i in config.intruders)
         self._t_start = t_start
         air = np.zeros(3) if wind is None else np.asarray(wind, float)
-        self._flights = [_path(i, frame, air) if i.waypoints else _line(i, frame) for i in config.intruders]
+        self._flights = [_flight(i, frame, air) for i in config.intruders]
 
     def truth(self, t: float) -> Truth:
         """Return the states of all intruders at time `t`, s (before the start: where they would have come from)."""
@@ -123,6 +124,30 @@ class _PathFlight:
         for row, x in zip(new, states, strict=True):
             kernels.ground_velocity(x, self._wind, row[3:])
         self._states = np.concatenate([self._states, new])
+
+
+def _flight(config: IntruderConfig, frame: LocalFrame, wind: FloatArray) -> "_StraightFlight | _PathFlight | LegFlight":
+    if config.waypoints:
+        return _path(config, frame, wind)
+    return _legs(config, frame) if config.legs else _line(config, frame)
+
+
+def _legs(config: IntruderConfig, frame: LocalFrame) -> LegFlight:
+    assert config.position is not None  # the configuration has checked it
+    north, east, down = config.velocity()
+    ground = math.hypot(north, east)
+    legs = [
+        Leg(
+            leg.duration_s,
+            leg.acceleration_mps2,
+            math.radians(leg.turn_rate_dps),
+            math.radians(leg.path_angle_rate_dps),
+        )
+        for leg in config.legs
+    ]
+    start = config.position.ned(frame)
+    course = math.radians(config.course_deg or 0.0)
+    return LegFlight(start, math.hypot(ground, down), course, math.atan2(-down, ground), legs)
 
 
 def _line(config: IntruderConfig, frame: LocalFrame) -> _StraightFlight:

@@ -102,7 +102,7 @@ def _quotient(
     rest = d * d - x * x - y * y
     closing, speed2 = vx * x + vy * y, vx * vx + vy * vy
     q = rest * speed2 + closing * closing
-    if beyond <= 0.0 or q < 0.0:
+    if beyond <= 0.0 or q < 0.0 or (rest == 0.0 and z * closing <= 0.0):
         nothing = np.full(5, math.nan)
         return math.nan, 1.0, nothing, nothing
     d_beyond = np.array([2 * x, 2 * y, 2 * z, 0.0, 0.0])

@@ -21,6 +21,7 @@ COMMANDS = (
     "tlos",
     "range",
     "size",
+    "stability",
     "warmup",
 )
 

@@ -1,0 +1,191 @@
+"""The report on the stability of the vertical avoidance loop (CAS thesis, figures 5.6, 5.10, tables 5.1 to 5.3)."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from wideberth import __version__
+from wideberth.analysis.stability import LAWS, eigenvalues, largest_stable_delay, tangent_gains
+from wideberth.evaluation.report_shell import notes_footer, number, section, shell, table, write_files
+from wideberth.evaluation.report_style import INK, LIMIT, OWNSHIP, RC, new_figure, png, svg, traffic_colour
+
+FloatArray = NDArray[np.float64]
+
+# Feet and seconds, as in the source: two vehicles that approach at 1 ft/s, a sphere of 12 ft.
+SEPARATION_FT = 12.0
+ORDERS: tuple[int | None, ...] = (1, 2, 4, None)
+LAW_WORDS = {
+    "full": "both make all of the change",
+    "shared": "both make half, as printed",
+    "shared_corrected": "both make half, mended",
+    "non_cooperative": "only one avoids",
+}
+
+
+def critical_gain(tau: float, law: str, *, as_printed: bool = False) -> float:
+    """Return the K below which the loop oscillates, 1/s (tables 5.1 to 5.3).
+
+    Parameters
+    ----------
+    tau : float
+        Lag of the vertical velocity, s.
+    law : str
+        One of `stability.LAWS`.
+    as_printed : bool
+        Without the 1/tau on K.
+    """
+    share = {"full": 2.0, "shared": 1.0, "shared_corrected": 4.0, "non_cooperative": 4.0}[law]
+    return -1.0 / (share * tau * (tau if as_printed else 1.0))
+
+
+def gain_figure() -> Figure:
+    """Return figure 5.6: K along three head-on passes at 1 ft/s."""
+    with rc_context(RC):
+        figure = new_figure(9.6, 3.8)
+        axes = figure.add_subplot()
+        x = np.linspace(30.0, -30.0, 1201)
+        for k, (share, words) in enumerate(((1.0, "one above the other"), (0.5, "half beside"), (0.0, "side by side"))):
+            z = 0.0 - share * SEPARATION_FT
+            y = math.sqrt(SEPARATION_FT**2 - z * z)
+            gains = np.array([_gain(place, y, z) for place in x])
+            axes.plot(
+                x, gains, color=traffic_colour(k), linestyle=("-", "--", ":")[k], label=f"$z_r$ = {z:g} ft: {words}"
+            )
+        axes.axhline(0.0, color=INK, linewidth=0.8)
+        axes.invert_xaxis()
+        axes.set_ylim(-2.0, 1.0)
+        axes.set_xlabel("distance ahead $x_r$, ft (approaching at 1 ft/s; below 0 they have passed)")
+        axes.set_ylabel("K, 1/s")
+        axes.legend(loc="lower left")
+    return figure
+
+
+def _gain(x: float, y: float, z: float) -> float:
+    try:
+        return float(tangent_gains([x, y, z], [-1.0, 0.0, 0.0], SEPARATION_FT).position[2])
+    except ValueError:
+        return math.nan
+
+
+def locus_figure(tau: float) -> Figure:
+    """Return where the eigenvalues go as K falls from 0.5 to -10 1/s, for each law."""
+    with rc_context(RC):
+        figure = new_figure(9.6, 3.6)
+        panels = figure.subplots(1, 3, sharex=True, sharey=True)
+        gains = np.linspace(0.5, -10.0, 400)
+        for axes, law in zip(panels, ("full", "shared_corrected", "non_cooperative"), strict=True):
+            values = np.array([eigenvalues(k, tau, law) for k in gains])
+            shades = np.repeat(gains, values.shape[1])
+            drawn = axes.scatter(values.real.ravel(), values.imag.ravel(), c=shades, s=5, cmap="viridis_r")
+            axes.axvline(0.0, color=LIMIT, linewidth=1.0)
+            axes.set_title(LAW_WORDS[law])
+            axes.set_xlabel("real part, 1/s")
+        panels[0].set_ylabel("imaginary part, 1/s")
+        figure.colorbar(drawn, ax=panels, label="K, 1/s")
+    return figure
+
+
+def delay_figure(tau: float) -> Figure:
+    """Return figure 5.10 against the time to the closest point, with the exact limit beside the approximations."""
+    with rc_context(RC):
+        figure = new_figure(9.6, 3.8)
+        left, right = figure.subplots(1, 2)
+        t_star = np.linspace(0.05, 20.0, 200)
+        for k, order in enumerate(ORDERS):
+            words = "exact" if order is None else f"Padé of order {order}" + (" (2 t*, printed)" if order == 1 else "")
+            delay = np.asarray(largest_stable_delay(t_star, tau, "full", order))
+            colour = OWNSHIP if order is None else traffic_colour(k)
+            left.plot(t_star, delay, color=colour, linewidth=2.4 if order is None else 1.4, label=words)
+        left.set_title("both make all of the change")
+        left.set_ylim(0.0, 15.0)
+        for k, law in enumerate(LAWS[:3]):
+            right.plot(t_star, np.asarray(largest_stable_delay(t_star, tau, law)), color=traffic_colour(k),
+                       label=LAW_WORDS[law])  # fmt: skip
+        right.set_title("exact, by law")
+        for axes in (left, right):
+            axes.set_xlabel("time to the closest point t*, s")
+            axes.set_ylabel("largest stable delay, s")
+        left.legend(loc="center right")
+        right.legend(loc="lower right")
+    return figure
+
+
+def write_stability_report(out: Path, tau: float) -> Path:
+    """Write ``report.html`` and its three pictures.
+
+    Parameters
+    ----------
+    out : Path
+        A folder, made where it does not exist.
+    tau : float
+        Lag of the vertical velocity, s.
+
+    Returns
+    -------
+    Path
+        Of the page.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    figures = {"gain": gain_figure(), "root_locus": locus_figure(tau), "delay": delay_figure(tau)}
+    loci = [
+        [
+            LAW_WORDS[law],
+            f"{critical_gain(tau, law):.4g}",
+            f"{critical_gain(tau, law, as_printed=True):.4g}" if law != "shared_corrected" else "–",
+            _roots(eigenvalues(critical_gain(tau, law), tau, law)),
+            _roots(eigenvalues(4.0 * critical_gain(tau, law), tau, law)),
+        ]
+        for law in LAWS
+    ]
+    head = ["law", "K, 1/s", "K as printed, 1/s", "eigenvalues there, 1/s", "at four times that K, 1/s"]
+    times = [0.5, 1.0, 2.0, 5.0, 10.0, 20.0]
+    delays = [
+        [
+            number(t, digits=1),
+            *(number(float(largest_stable_delay(t, tau, "full", order)), digits=3) for order in ORDERS),
+        ]
+        for t in times
+    ]
+    body = section(
+        "Gain along a pass (figure 5.6)",
+        "Negative: stable. Passing one above the other it is minus one over the time to the closest point.",
+        svg(figures["gain"], "Gain K against the distance ahead"),
+    )
+    body += section(
+        "Where oscillation begins (tables 5.1 to 5.3)",
+        f"Lag {tau:g} s. Below this K the two eigenvalues of the avoidance leave the real axis.",
+        table(head, loci, text_columns=1) + svg(figures["root_locus"], "Eigenvalues as K falls"),
+    )
+    body += section(
+        "Largest stable delay (figure 5.10)",
+        "The straight line 2 t* comes of approximating the delay to first order; the loop itself tolerates less.",
+        svg(figures["delay"], "Largest stable delay against the time to the closest point")
+        + table(["t*, s", "Padé 1, s", "Padé 2, s", "Padé 4, s", "exact, s"], delays),
+    )
+    limit = float(largest_stable_delay(5.0, tau))
+    page = shell(
+        "Stability of the vertical avoidance loop",
+        "Sanders, chapter 5, with what its print lost put back",
+        "good",
+        f"5 s before the closest point the loop tolerates {limit:.2f} s of delay",
+        f" with a lag of {tau:g} s; the printed rule says 10 s.",
+        body + notes_footer([f"wideberth {__version__}"]),
+    )
+    write_files(out, {**{f"{name}.png": png(figure) for name, figure in figures.items()}, "report.html": page})
+    return out / "report.html"
+
+
+def _roots(values: NDArray[np.complex128]) -> str:
+    """Return the two eigenvalues of the avoidance in words; the others are 0 or that of the other's lag."""
+    pair = values[np.argsort(values.real)][:2] if values[0].imag == 0.0 else values[np.abs(values.imag) > 0.0]
+    if abs(pair[0].imag) > 0.0:
+        return f"{pair[0].real:.3g} ± {abs(pair[0].imag):.3g}i".replace("-", "−")
+    return ", ".join(f"{value.real:.3g}" for value in pair).replace("-", "−")

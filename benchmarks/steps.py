@@ -10,6 +10,7 @@ from wideberth.avoidance.local_level import LocalLevelPlanner
 from wideberth.conflict.config import DetectionConfig
 from wideberth.conflict.detector import AdsbDetector
 from wideberth.pipeline import Pipeline
+from wideberth.simulation.modelled_sensors import ReceivedTraffic
 from wideberth.simulation.world import SimWorld
 from wideberth.tracking.adsb_kalman import AdsbKalmanTracker
 from wideberth.tracking.config import AdsbKalmanConfig
@@ -35,7 +36,7 @@ def measure(aircraft: int) -> dict[str, float]:
     )
     traffic = MadeTraffic(aircraft, ALTITUDE)
     waypoints = np.array([[0, 0, -ALTITUDE], [20_000, 0, -ALTITUDE]], float)
-    world = SimWorld(Mission(waypoints, np.full(2, SPEED), 0.0), vehicle, traffic, [traffic])
+    world = SimWorld(Mission(waypoints, np.full(2, SPEED), 0.0), vehicle, traffic, [ReceivedTraffic(traffic)])
     spent, maneuvers = [], 0
     stages = dict.fromkeys(STAGES, 0.0)
     for k in range(round((WARM_SECONDS + SECONDS) / STEP)):

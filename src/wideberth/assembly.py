@@ -1,25 +1,31 @@
 """From a checked scenario to the things that run: pipeline, world, traffic."""
 
 import math
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from wideberth.config import ScenarioConfig
 from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
+from wideberth.parts import Part
 from wideberth.pipeline import Pipeline
+from wideberth.sensor_watch import SensorWatch
 from wideberth.sensors.adsb.receiver import AdsbReceiver
 from wideberth.sensors.adsb.report import AdsbReport, TrafficSource
 from wideberth.sensors.adsb.report_list import ReportList
 from wideberth.sensors.adsb.sources import open_traffic
+from wideberth.sensors.radar.simulated import SimulatedRadar
 from wideberth.simulation.config import RandomTrafficConfig, RecordedTrafficConfig, SimulatedTrafficConfig
+from wideberth.simulation.modelled_sensors import ModelledRadar, ModelledSensor, ReceivedTraffic
 from wideberth.simulation.random_encounters import draw_intruders
 from wideberth.simulation.recorded import RecordedTraffic
 from wideberth.simulation.simulated import SimulatedTraffic
 from wideberth.simulation.truth import Truth
-from wideberth.simulation.world import ModelledSensor, Observer, Sensor, SimWorld, TruthSource
+from wideberth.simulation.world import Observer, Sensor, SimWorld, TruthSource
 from wideberth.types import FloatArray, Mission
 
 PRE_ROLL = 10.0  # s of reports before the mission's start that the receiver still gets
@@ -63,13 +69,25 @@ def build_pipeline(scenario: ScenarioConfig, counter: Callable[[], float]) -> Pi
     if scenario.avoid:
         vehicle = scenario.ownship.target(scenario.ownship.config)
         planner = scenario.avoidance.target(scenario.avoidance.config, vehicle.params)
+    detector = scenario.detection.target(scenario.detection.config)
     return Pipeline(
         tracker=scenario.tracker.target(scenario.tracker.config),
-        detector=scenario.detection.target(scenario.detection.config),
+        detector=detector,
         planner=planner,
         lost_memory=getattr(scenario.avoidance.config, "ghost_s", 60.0),
         counter=counter,
+        watch=SensorWatch(_radar_intervals(scenario), getattr(detector, "near_radius", 0.0)),
     )
+
+
+def _radar_intervals(scenario: ScenarioConfig) -> dict[str, float]:
+    """Return how often each unit of the radars looks, s, by name."""
+    return {
+        name: sensor.config.update_interval_s
+        for sensor in scenario.sensors
+        if issubclass(sensor.target, SimulatedRadar)
+        for name in sensor.config.unit_names(sensor.name)
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,24 +158,40 @@ def build_traffic(
     """
     if not isinstance(scenario.traffic, RecordedTrafficConfig):
         simulated = SimulatedTraffic(_intruders(scenario, mission), frame, mission.t_start, scenario.wind.vector())
-        model = scenario.sensor.target(scenario.sensor.config, scenario.seed, simulated.ids, simulated.callsigns)
-        return Traffic(simulated, (ModelledSensor(model, simulated),), True, None, math.inf)
+        sensors = tuple(_modelled(part, scenario.seed, simulated) for part in scenario.sensors)
+        return Traffic(simulated, sensors, True, None, math.inf)
     if loaded is not None:
         return _recorded(scenario, scenario.traffic, mission, frame, longest, loaded)
     if scenario.traffic.path is None:
         raise InputError("traffic.path: missing; name the recording or receiver with --traffic")
     source = open_traffic(scenario.traffic.path, scenario.traffic.format)
     if source.live:
-        receiver = AdsbReceiver(scenario.sensor.config, source, frame)
+        receiver = ReceivedTraffic(AdsbReceiver(scenario.sensor.config, source, frame, scenario.sensor.name))
         return Traffic(UnknownTraffic(), (receiver,), False, source, math.inf)
     return _recorded(scenario, scenario.traffic, mission, frame, longest, _load(source))
 
 
 def _intruders(scenario: ScenarioConfig, mission: Mission) -> SimulatedTrafficConfig:
     if isinstance(scenario.traffic, RandomTrafficConfig):
-        return SimulatedTrafficConfig(intruders=draw_intruders(scenario.traffic, mission, scenario.seed))
+        return SimulatedTrafficConfig(
+            intruders=draw_intruders(scenario.traffic, mission, scenario.seed),
+            ownship_rcs_m2=scenario.traffic.ownship_rcs_m2,
+        )
     assert isinstance(scenario.traffic, SimulatedTrafficConfig)
     return scenario.traffic
+
+
+def _modelled(part: Part, seed: int, traffic: SimulatedTraffic) -> Sensor:
+    """Return a sensor model in simulated traffic; the noise of each sensor is its own."""
+    target: Any = part.target
+    if issubclass(target, SimulatedRadar):
+        radar = target(part.config, seed, traffic.rcs_m2, traffic.ownship_rcs_m2, part.name)
+        return ModelledRadar(radar, traffic)
+    if part.name == part.default_name:
+        return ModelledSensor(target(part.config, seed, traffic.ids, traffic.callsigns), traffic)
+    own_seed = int(np.random.SeedSequence([seed, zlib.crc32(part.name.encode())]).generate_state(1, np.uint64)[0] >> 1)
+    model = target(part.config, own_seed, traffic.ids, traffic.callsigns)
+    return ModelledSensor(model, traffic, part.name)
 
 
 def _recorded(
@@ -180,7 +214,7 @@ def _recorded(
     window = [report for report in loaded.reports if first <= report.t <= last]
     heard = [report for report in window if report.t >= mission.t_start - PRE_ROLL]
     source = ReportList(loaded.name, heard, loaded.counters, loaded.rejects)
-    receiver = AdsbReceiver(scenario.sensor.config, source, frame)
+    receiver = ReceivedTraffic(AdsbReceiver(scenario.sensor.config, source, frame, scenario.sensor.name))
     truth = RecordedTraffic(window, frame, config.max_gap_s)
     return Traffic(truth, (receiver,), True, source, float(times.max()))
 

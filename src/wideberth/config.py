@@ -6,7 +6,7 @@ Each table is checked by the model of the part that its `kind` names; every wron
 import importlib
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -16,6 +16,7 @@ from wideberth.config_errors import problems, unknown_key, wrong_things
 from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
 from wideberth.part_config import PartConfig
+from wideberth.parts import Part, load_class, misfits
 from wideberth.simulation.config import (
     TRAFFIC,
     EvaluationConfig,
@@ -39,25 +40,6 @@ PART_FOLDERS: Mapping[str, str] = {
 }
 _LARGEST_FILE = 16_000_000
 Checked = TypeVar("Checked", bound=PartConfig)
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A part that a table chose.
-
-    Attributes
-    ----------
-    kind : str
-        Its name in the folder's `PARTS`, or ``package.module:Class``.
-    target : type
-        The class itself.
-    config : PartConfig
-        Its checked settings, an instance of the class's `Config`.
-    """
-
-    kind: str
-    target: type
-    config: Any
 
 
 class _GeneralConfig(PartConfig):
@@ -98,7 +80,9 @@ class ScenarioConfig:
     evaluation : EvaluationConfig
     montecarlo : MonteCarloConfig
     traffic : SimulatedTrafficConfig, RandomTrafficConfig or RecordedTrafficConfig
-    ownship, sensor, tracker, detection, avoidance : Part
+    sensors : tuple of Part
+        One at least, with names that differ.
+    ownship, tracker, detection, avoidance : Part
     """
 
     name: str
@@ -113,11 +97,16 @@ class ScenarioConfig:
     evaluation: EvaluationConfig
     montecarlo: MonteCarloConfig
     traffic: SimulatedTrafficConfig | RandomTrafficConfig | RecordedTrafficConfig
+    sensors: tuple[Part, ...]
     ownship: Part
-    sensor: Part
     tracker: Part
     detection: Part
     avoidance: Part
+
+    @property
+    def sensor(self) -> Part:
+        """The sensor of a scenario that has one, else the first."""
+        return self.sensors[0]
 
     def frame(self) -> LocalFrame:
         """Return the local frame: about `origin`, else the first waypoint or intruder with a latitude and longitude.
@@ -147,13 +136,22 @@ class ScenarioConfig:
         kinds = {model: kind for kind, model in TRAFFIC.items()}
         table["traffic"] = {"kind": kinds[type(self.traffic)], **_plain(self.traffic)}
         for key in PART_FOLDERS:
-            part: Part = getattr(self, key)
-            table[key] = {"kind": part.kind, **_plain(part.config)}
+            if key == "sensor":
+                table |= _sensor_tables(self.sensors)
+            else:
+                part: Part = getattr(self, key)
+                table[key] = {"kind": part.kind, **_plain(part.config)}
         return {k: v for k, v in table.items() if v is not None}
 
 
 def _plain(config: PartConfig) -> dict[str, Any]:
     return config.model_dump(mode="json", exclude_none=True)
+
+
+def _sensor_tables(sensors: Sequence[Part]) -> dict[str, Any]:
+    if len(sensors) == 1 and sensors[0].name == sensors[0].default_name:
+        return {"sensor": {"kind": sensors[0].kind, **_plain(sensors[0].config)}}
+    return {"sensors": [{"kind": s.kind, "name": s.name, **_plain(s.config)} for s in sensors]}
 
 
 def read_toml(path: Path) -> dict[str, Any]:
@@ -285,23 +283,23 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
         With one line for each thing that is wrong.
     """
     wrong: list[str] = []
-    known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "traffic"}
+    known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "sensors", "traffic"}
     general = check_table(
         _GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong
     )
     wrong += [f"{k}: {unknown_key(k, v, known)}" for k, v in tables.items() if k not in known]
     traffic = _traffic(tables.get("traffic", {}), folder, wrong)
     recorded = isinstance(traffic, RecordedTrafficConfig)
+    sensors = _sensors(tables, recorded, wrong)
     parts: dict[str, Any] = {
-        key: _part(key, _sensor_table(tables, recorded) if key == "sensor" else tables.get(key, {}), wrong)
-        for key in PART_FOLDERS
+        key: _part(key, key, tables.get(key, {}), wrong) for key in PART_FOLDERS if key != "sensor"
     }
-    if traffic and not recorded and parts["sensor"] and parts["sensor"].kind == "adsb_receiver":
-        wrong.append("sensor.kind: adsb_receiver needs recorded traffic; simulated traffic takes adsb, the error model")
+    if traffic and not wrong:
+        wrong += misfits(sensors, parts["tracker"], recorded)
     if wrong or general is None or traffic is None:
         raise wrong_things(source, wrong)
     settings: dict[str, Any] = {key: getattr(general, key) for key in _GeneralConfig.model_fields}
-    return ScenarioConfig(**settings, **parts, traffic=traffic)
+    return ScenarioConfig(**settings, **parts, sensors=tuple(sensors.values()), traffic=traffic)
 
 
 def check_table(model: type[Checked], table: dict[str, Any], prefix: str, wrong: list[str]) -> Checked | None:
@@ -343,42 +341,52 @@ def _traffic(
     return config if isinstance(config, SimulatedTrafficConfig | RandomTrafficConfig) else None
 
 
-def _sensor_table(tables: Mapping[str, Any], recorded: bool) -> object:
-    """Return the sensor's table: ADS-B is an error model for simulated traffic, and a receiver for recorded traffic."""
-    table = tables.get("sensor", {})
-    if recorded and isinstance(table, Mapping) and table.get("kind", "adsb") == "adsb":
-        return {**table, "kind": "adsb_receiver"}
-    return table
+def _sensors(tables: Mapping[str, Any], recorded: bool, wrong: list[str]) -> dict[str, Part]:
+    """Return the sensors of `[sensor]` or `[[sensors]]` by their paths in the file."""
+    if "sensors" not in tables:
+        listed = [("sensor", tables.get("sensor", {}))]
+    elif "sensor" in tables:
+        wrong.append("sensor: there is a list of sensors as well: make this table one more [[sensors]]")
+        return {}
+    elif not isinstance(tables["sensors"], list) or not tables["sensors"]:
+        wrong.append("sensors: must be a list with a table for each sensor: write [[sensors]] above each")
+        return {}
+    else:
+        listed = [(f"sensors.{k}", table) for k, table in enumerate(tables["sensors"])]
+    sensors: dict[str, Part] = {}
+    for path, table in listed:
+        given = dict(table) if isinstance(table, Mapping) else table
+        name = given.pop("name", None) if isinstance(given, dict) and path != "sensor" else None
+        if name is not None and not (isinstance(name, str) and name):
+            wrong.append(f"{path}.name: must be a text, not {name!r:.60}")
+        # ADS-B is an error model for simulated traffic, and a receiver for recorded traffic.
+        if recorded and isinstance(given, dict) and given.get("kind", "adsb") == "adsb":
+            given["kind"] = "adsb_receiver"
+        part = _part("sensor", path, given, wrong)
+        if part is not None:
+            sensors[path] = replace(part, name=name or part.default_name)
+    return sensors
 
 
-def _part(key: str, table: object, wrong: list[str]) -> Part | None:
+def _part(key: str, path: str, table: object, wrong: list[str]) -> Part | None:
+    """Return the part of the folder of `key` that a table chooses; `path` is where the table stands in the file."""
     folder = importlib.import_module(f"wideberth.{PART_FOLDERS[key]}")
     parts: dict[str, str] = getattr(folder, "PARTS", {})
-    chosen = _kind(key, table, next(iter(parts), ""), wrong)
+    chosen = _kind(path, table, next(iter(parts), ""), wrong)
     if chosen is None:
         return None
     kind, settings = chosen
     if kind not in parts and ":" not in kind:
         known = ", ".join(parts) or "none yet"
-        wrong.append(f"{key}.kind: there is no '{kind}' (known: {known}; package.module:Class is taken as well)")
+        wrong.append(f"{path}.kind: there is no '{kind}' (known: {known}; package.module:Class is taken as well)")
         return None
-    target = _load(parts.get(kind, kind))
+    target = load_class(parts.get(kind, kind))
     if isinstance(target, str):
-        wrong.append(f"{key}.kind: {target}")
+        wrong.append(f"{path}.kind: {target}")
         return None
     model = target if issubclass(target, PartConfig) else getattr(target, "Config", None)
     if not (isinstance(model, type) and issubclass(model, PartConfig)):
-        wrong.append(f"{key}.kind: {kind} has no configuration model (a class attribute Config)")
+        wrong.append(f"{path}.kind: {kind} has no configuration model (a class attribute Config)")
         return None
-    config = check_table(model, settings, key, wrong)
+    config = check_table(model, settings, path, wrong)
     return None if config is None else Part(kind, target, config)
-
-
-def _load(address: str) -> type | str:
-    """Return the class at ``package.module:Class``, or what is wrong in words."""
-    module_name, _, class_name = address.partition(":")
-    try:
-        target = getattr(importlib.import_module(module_name), class_name)
-    except (ImportError, AttributeError, ValueError, TypeError) as error:
-        return f"cannot load {address}: {error}"
-    return target if isinstance(target, type) else f"{address} is not a class"

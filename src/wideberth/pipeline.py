@@ -4,8 +4,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from wideberth.sensor_watch import SensorWatch
 from wideberth.tracking.lost_traffic import LostTraffic
-from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Scan, SensorHealth, Snapshot, Threat, Track
+from wideberth.tracking.own_tracks import OwnTracks
+from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Scan, Snapshot, Threat, Track
 from wideberth.units import FOOT, NAUTICAL_MILE
 
 LOST_RANGE, LOST_HEIGHT = 5 * NAUTICAL_MILE, 2000 * FOOT  # a lost aircraft this near leaves the alert unknown
@@ -19,8 +21,10 @@ class Tracker(Protocol):
     def counters(self) -> Mapping[str, int]:
         """What happened how often, rejections by cause among them."""
 
-    def step(self, t: float, scans: Sequence[Scan]) -> tuple[tuple[Track, ...], tuple[str, ...]]:
-        """Return the tracks at time `t` and what happened, in words."""
+    def step(
+        self, t: float, scans: Sequence[Scan], ownship: Ownship | None = None
+    ) -> tuple[tuple[Track, ...], tuple[str, ...]]:
+        """Return the tracks at time `t` and what happened, in words; `ownship` tells its own track from the others."""
 
 
 class Detector(Protocol):
@@ -91,6 +95,8 @@ class Pipeline:
         How long a lost aircraft is remembered, s.
     counter : callable
         Returns CPU seconds; the stage times are its only use.
+    watch : SensorWatch, optional
+        By default no sensor is missed that says nothing, and nothing needs to be watched.
     """
 
     def __init__(
@@ -100,14 +106,16 @@ class Pipeline:
         planner: Planner | None,
         lost_memory: float,
         counter: Callable[[], float],
+        watch: SensorWatch | None = None,
     ) -> None:
         self._tracker = tracker
         self._detector = detector
         self._planner = planner
         self._lost = LostTraffic(lost_memory)
+        self._own = OwnTracks()
         self._levels = AlertFilter(LEVEL_HOLD)
         self._counter = counter
-        self._sensor_state: dict[str, str] = {}
+        self._watch = watch if watch is not None else SensorWatch({}, 0.0)
 
     @property
     def counters(self) -> dict[str, int]:
@@ -132,19 +140,21 @@ class Pipeline:
         Snapshot
         """
         c0 = self._counter()
-        tracks, events = self._tracker.step(t, scans)
+        found, events = self._tracker.step(t, scans, ownship)
+        tracks = self._own.step(found, ownship.position)
         lost = self._lost.step(t, tracks)
+        # A radar on the ground sees the ownship as well: nobody has to avoid himself.
+        others = tuple(track for track in (*tracks, *lost) if not track.is_ownship)
         c1 = self._counter()
-        threats = self._levels.step(t, self._detector.assess(t, ownship, (*tracks, *lost)))
+        threats = self._levels.step(t, self._detector.assess(t, ownship, others))
         c2 = self._counter()
         maneuver, decisions = None, tuple[str, ...]()
         if self._planner is not None:
-            maneuver, decisions = self._planner.decide(t, ownship, (*tracks, *lost), threats, mission)
+            maneuver, decisions = self._planner.decide(t, ownship, others, threats, mission)
         c3 = self._counter()
-        sensors, states = self._health(scans)
+        sensors, sound, states = self._watch.step(t, ownship, scans)
         alert = max((threat.level for threat in threats), default=AlertLevel.CLEAR)
-        silent = any(health.state != "ok" for health in sensors.values())
-        if silent or any(_is_near(ownship, track) for track in lost):
+        if not sound or any(_is_near(ownship, track) for track in lost):
             alert = max(alert, AlertLevel.UNKNOWN)
         return Snapshot(
             t=t,
@@ -158,15 +168,3 @@ class Pipeline:
             stage_times={"tracking": c1 - c0, "conflict": c2 - c1, "avoidance": c3 - c2},
             events=(*states, *events, *decisions),
         )
-
-    def _health(self, scans: Sequence[Scan]) -> tuple[dict[str, SensorHealth], tuple[str, ...]]:
-        """Return the health of each sensor, and the changes of their states in words."""
-        sensors = {scan.sensor: scan.health for scan in scans if scan.health is not None}
-        changes = []
-        for name, health in sensors.items():
-            # Compare without the numbers, or "silent for 12 s" would be news every second.
-            kind = "".join(c for c in health.state if not c.isdigit())
-            if self._sensor_state.get(name, "ok") != kind:
-                changes.append(f"sensor {name}: {health.state}")
-            self._sensor_state[name] = kind
-        return sensors, tuple(changes)

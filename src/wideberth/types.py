@@ -132,6 +132,9 @@ class Scan:
         ``"radar"``: z is (k, 4) = range (m), azimuth (rad, clockwise from the sensor's forward axis), elevation (rad,
         above its horizontal plane), range rate (m/s, positive opening); NaN where the sensor does not give the element;
         R is diagonal.
+        ``"radar_cone"``: as ``"radar"``, but of a line of elements, which cannot tell elevation: the azimuth column is
+        the angle from the plane at right angles to the line, asin(right / distance) in the sensor's axes (thesis
+        (5.1)), and the elevation is NaN.
     z : ndarray, shape (k, m)
     R : ndarray, shape (k, m, m)
     t_valid : ndarray, shape (k,)
@@ -304,7 +307,8 @@ class Snapshot:
     maneuver : Maneuver or None
         None: fly the mission.
     alert_state : AlertLevel
-        The worst level of all threats; `AlertLevel.UNKNOWN` if a sensor is silent or a near aircraft was lost.
+        The worst level of all threats; at least `AlertLevel.UNKNOWN` if a sensor is silent, if some direction around
+        the ownship is not watched by any, or if a near aircraft was lost.
     mission_index : int
         The mission waypoint that is flown to.
     sensors : mapping of str to SensorHealth

@@ -16,8 +16,9 @@ from wideberth.evaluation.reversals import ReversalCounter
 from wideberth.pipeline import Pipeline
 from wideberth.sensors.adsb.config import AdsbErrorConfig
 from wideberth.sensors.adsb.simulated import SimulatedAdsb
+from wideberth.simulation.modelled_sensors import ModelledSensor
 from wideberth.simulation.truth import Truth
-from wideberth.simulation.world import ModelledSensor, SimWorld
+from wideberth.simulation.world import SimWorld
 from wideberth.tracking.adsb_kalman import AdsbKalmanTracker
 from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.types import FloatArray, Mission

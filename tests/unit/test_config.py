@@ -157,8 +157,7 @@ def test_intruders() -> None:
         ({"tracker": {"kind": OUTSIDER, "x": 1}}, "tracker.x: unknown key (known: count, legs, mode, range_max_m, rat"),
         ({"tracker": {"kind": "nonsense"}}, "tracker.kind: there is no 'nonsense' (known: "),
         # Trackers of radar plots: no scenario has a radar, and among ADS-B alone they would call everything clear.
-        ({"tracker": {"kind": "wideberth"}}, "tracker.kind: there is no 'wideberth' (known: adsb_kalman;"),
-        ({"tracker": {"kind": "rransac"}}, "tracker.kind: there is no 'rransac' (known: adsb_kalman;"),
+        ({"tracker": {"kind": "kalman"}}, "tracker.kind: there is no 'kalman' (known: adsb_kalman, wideberth,"),
         ({"tracker": {"kind": 3}}, "tracker.kind: must be a text, not 3"),
         ({"tracker": "adsb"}, "tracker: must be a table, not 'adsb'"),
         ({"tracker": {"kind": "no.such:Class"}}, "tracker.kind: cannot load no.such:Class: No module named 'no'"),

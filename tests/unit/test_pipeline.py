@@ -65,7 +65,7 @@ class FakeTracker:
         self.counters = {"position accepted": 3}
         self.steps = iter(steps)
 
-    def step(self, t, scans):
+    def step(self, t, scans, ownship=None):
         return tuple(next(self.steps, ())), ("from the tracker",)
 
 

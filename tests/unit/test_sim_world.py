@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from wideberth.frames import LocalFrame
 from wideberth.simulation.clock import SimClock, WallClock
 from wideberth.simulation.config import SimulatedTrafficConfig
+from wideberth.simulation.modelled_sensors import ModelledSensor
 from wideberth.simulation.replay import ReplayWorld
 from wideberth.simulation.simulated import SimulatedTraffic
 from wideberth.simulation.truth import Truth
-from wideberth.simulation.world import ModelledSensor, NavigationErrors, SimWorld
+from wideberth.simulation.world import NavigationErrors, SimWorld
 from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Scan, Snapshot
 from wideberth.vehicles.config import PointMassConfig
 from wideberth.vehicles.point_mass import PointMass

@@ -69,6 +69,11 @@ class AdsbDetector:
         self._printed = config.variant == "printed"
         self._miss_filter = config.miss_filter
 
+    @property
+    def near_radius(self) -> float:
+        """Horizontal distance within which an aircraft is never clear, m."""
+        return float(self._near[0])
+
     def assess(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Threat, ...]:
         """Return one threat for every track, in their order.
 

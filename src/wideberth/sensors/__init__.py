@@ -3,4 +3,5 @@
 PARTS: dict[str, str] = {
     "adsb": "wideberth.sensors.adsb.simulated:SimulatedAdsb",
     "adsb_receiver": "wideberth.sensors.adsb.receiver:AdsbReceiver",
+    "radar": "wideberth.sensors.radar.simulated:SimulatedRadar",
 }

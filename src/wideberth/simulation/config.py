@@ -173,9 +173,13 @@ class IntruderConfig(PartConfig):
 
 
 class SimulatedTrafficConfig(PartConfig):
-    """Traffic made by the simulation, seen through the sensor's error model."""
+    """Traffic made by the simulation, seen through the sensors' error models.
+
+    `ownship_rcs_m2` is the cross-section of the ownship, a small drone's by default, for radars on the ground.
+    """
 
     intruders: tuple[IntruderConfig, ...] = ()
+    ownship_rcs_m2: CrossSection = 0.1
 
     @model_validator(mode="after")
     def _addresses_differ(self) -> Self:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from wideberth.plots import Plots
 from wideberth.sensors.radar.plot_file import PlotTruth
+from wideberth.sensors.radar.plot_model import even_directions
 from wideberth.tracking.motion_kernels import TURNING, path_velocity, propagate
 
 FloatArray = NDArray[np.float64]
@@ -163,8 +164,7 @@ def radar_plots(
         true += rng.normal(size=true.shape) * sigma
         false = np.zeros((int(rng.integers(clutter_max + 1)), 3))
         false[:, 0] = range_max * rng.random(len(false)) ** (1.0 / 3.0)
-        false[:, 1] = rng.uniform(-field_of_view[0], field_of_view[0], len(false))
-        false[:, 2] = np.arcsin(rng.uniform(lowest, math.sin(field_of_view[1]), len(false)))
+        false[:, 1], false[:, 2] = even_directions(rng, len(false), field_of_view, lowest)
         rows.append(rng.permutation(np.concatenate([true, false])))
         first[k + 1] = first[k] + len(rows[-1])
     z = np.concatenate([*rows, np.zeros((0, 3))])

@@ -39,6 +39,9 @@ class SimulatedTraffic:
         Addresses, in the order of the configuration.
     callsigns : tuple of (str or None)
         In the same order.
+    rcs_m2 : tuple of float
+        In the same order.
+    ownship_rcs_m2 : float
     """
 
     def __init__(
@@ -50,6 +53,8 @@ class SimulatedTraffic:
     ) -> None:
         self.ids = tuple(i.address for i in config.intruders)
         self.callsigns = tuple(i.callsign for i in config.intruders)
+        self.rcs_m2 = tuple(i.rcs_m2 for i in config.intruders)
+        self.ownship_rcs_m2 = config.ownship_rcs_m2
         self._t_start = t_start
         air = np.zeros(3) if wind is None else np.asarray(wind, float)
         self._flights = [_flight(i, frame, air) for i in config.intruders]

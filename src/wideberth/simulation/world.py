@@ -43,34 +43,8 @@ class TruthSource(Protocol):
 class Sensor(Protocol):
     """A sensor in the simulated world."""
 
-    def sense(self, t: float, own_position: FloatArray) -> Scan:
-        """Return what it saw since the last call; the ownship is at `own_position` (3,), NED, m."""
-
-
-class TruthScanner(Protocol):
-    """A sensor model that makes measurements from true states."""
-
-    def sense(self, t: float, positions: FloatArray, velocities: FloatArray, own_position: FloatArray) -> Scan:
-        """Return what it measures of aircraft at `positions` with `velocities`, both (k, 3), always the same ones."""
-
-
-class ModelledSensor:
-    """A sensor model bound to the traffic that it sees.
-
-    Parameters
-    ----------
-    model : TruthScanner
-    traffic : TruthSource
-        Always the same aircraft, in the same order.
-    """
-
-    def __init__(self, model: TruthScanner, traffic: TruthSource) -> None:
-        self._model, self._traffic = model, traffic
-
-    def sense(self, t: float, own_position: FloatArray) -> Scan:
-        """Return what the model measures at time `t`, s."""
-        truth = self._traffic.truth(t)
-        return self._model.sense(t, truth.positions, truth.velocities, own_position)
+    def sense(self, t: float, ownship: Ownship) -> Sequence[Scan]:
+        """Return what it saw since the last call, in no or several scans; `ownship` is the true one at `t`."""
 
 
 class NavigationErrors:
@@ -198,7 +172,7 @@ class SimWorld:
             self._fly(t if k == n else start + (t - start) * k / n)
         self._t = t
         ownship = self.vehicle.ownship(t)
-        scans = [sensor.sense(t, ownship.position) for sensor in self._sensors]
+        scans = [scan for sensor in self._sensors for scan in sensor.sense(t, ownship)]
         return (self._navigation.apply(ownship) if self._navigation else ownship), scans
 
     def actuate(self, t: float, maneuver: Maneuver | None) -> None:

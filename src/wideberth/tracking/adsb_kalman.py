@@ -11,7 +11,7 @@ from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.tracking.filter_bank import FilterBank
 from wideberth.tracking.kernels import ACCEPTED
 from wideberth.tracking.report_history import ACCEPTED_OUTCOME, AircraftFilter, Outcome, Report, Update
-from wideberth.types import Scan, SourceInfo, Track, TrackStatus
+from wideberth.types import Ownship, Scan, SourceInfo, Track, TrackStatus
 
 _FUTURE_SECONDS = 0.5
 """Reports this far ahead of the clock are still believed."""
@@ -39,6 +39,7 @@ class AdsbKalmanTracker:
     """
 
     Config = AdsbKalmanConfig
+    hears = frozenset({"adsb"})
 
     def __init__(self, config: AdsbKalmanConfig) -> None:
         self._config = config
@@ -65,7 +66,9 @@ class AdsbKalmanTracker:
         sums = zip(names, self._nis_count.tolist(), self._nis_sum.tolist(), strict=True)
         return {name: (n, total / n if n else math.nan) for name, n, total in sums}
 
-    def step(self, t: float, scans: Sequence[Scan]) -> tuple[tuple[Track, ...], tuple[str, ...]]:
+    def step(
+        self, t: float, scans: Sequence[Scan], ownship: Ownship | None = None
+    ) -> tuple[tuple[Track, ...], tuple[str, ...]]:
         """Take in the scans of a step and return all tracks at its end.
 
         Parameters
@@ -74,6 +77,8 @@ class AdsbKalmanTracker:
             Time, s. Steps may have any length; a time far before the last one drops all tracks.
         scans : sequence of Scan
             Those of kind ``"adsb"`` are used.
+        ownship : Ownship, optional
+            Not used: what the ownship itself sends is not among the reports.
 
         Returns
         -------

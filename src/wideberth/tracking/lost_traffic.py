@@ -13,7 +13,8 @@ class LostTraffic:
     """Keeps lost tracks alive for a while, moving straight on with growing uncertainty.
 
     A track that ends because its aircraft landed, left or fell silent leaves a gap that looks like empty sky. For
-    `memory` seconds its last estimate is carried on as a coasting track whose existence decays.
+    `memory` seconds its last estimate is carried on as a coasting track whose existence decays. The ownship's own track
+    leaves no gap: where the ownship is, it knows.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ class LostTraffic:
             if name in present:
                 continue
             age = t - track.t
-            if age > self._memory or track.status is TrackStatus.TENTATIVE:
+            if age > self._memory or track.status is TrackStatus.TENTATIVE or track.is_ownship:
                 del self._last[name]
                 continue
             covariance = track.covariance.copy()

@@ -234,6 +234,9 @@ def _with_errors(tables: Mapping[str, Any], errors: ErrorsConfig, wrong: list[st
     """Return the tables with sensor and tracker told what the altitude error is, where they do not say themselves."""
     merged = dict(tables)
     noise = {"altitude_white_sigma_ft": 12.0} if errors.altitude == "bias" else {}
+    if "sensors" in tables:
+        wrong.append("sensors: an experiment has one sensor: write it as [sensor]")
+        return merged
     told: dict[str, dict[str, Any]] = {
         "sensor": {"altitude_error": errors.altitude, "start": errors.start},
         "tracker": {"altitude_bias_sigma_ft": 75.9 if errors.altitude == "bias" else 0.0},

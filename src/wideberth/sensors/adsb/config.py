@@ -156,6 +156,11 @@ climb_rate_resolution_ft_per_min : float
         return self
 
     @property
+    def scan_kind(self) -> str:
+        """Kind of its scans."""
+        return "adsb"
+
+    @property
     def loss(self) -> float:
         """Fraction of messages lost on the chosen link."""
         return self.loss_1090 if self.link == "1090" else self.loss_978
@@ -200,3 +205,8 @@ class AdsbReceiverConfig(PartConfig):
     range_max_m: float = Field(default=185_200.0, gt=0.0)
     altitude_window_m: float | None = Field(default=None, gt=0.0)
     noise: AdsbNoiseConfig = AdsbNoiseConfig()
+
+    @property
+    def scan_kind(self) -> str:
+        """Kind of its scans."""
+        return "adsb"

@@ -35,10 +35,9 @@ class AdsbReceiver:
     """
 
     Config = AdsbReceiverConfig
+    name = "adsb"
 
-    def __init__(
-        self, config: AdsbReceiverConfig, source: TrafficSource, frame: LocalFrame, name: str = "adsb"
-    ) -> None:
+    def __init__(self, config: AdsbReceiverConfig, source: TrafficSource, frame: LocalFrame, name: str = name) -> None:
         self._config = config
         self._source = source
         self._frame = frame

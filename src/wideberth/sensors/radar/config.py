@@ -176,3 +176,125 @@ class RadarConfig(PartConfig):
     def range_limit(self) -> float:
         """Range beyond which nothing is looked for, m."""
         return min(self.instrumented_range, math.inf if self.range_max_m is None else self.range_max_m)
+
+
+class PlotModelConfig(PartConfig):
+    """What the plots of a radar are like, in terms of what its signals allow; see `plot_model`.
+
+    Attributes
+    ----------
+    processing_loss_db : float
+        What a target loses beside the link budget: windows, range bins straddled, imperfect beams.
+    range_error_factor, direction_error_factor, range_rate_error_factor : float
+        Standard deviations in terms of the Cramer-Rao bounds.
+    range_floor_bins, direction_floor_beamwidths, range_rate_floor_bins : float
+        Standard deviations that no signal-to-noise ratio improves on, in range bins, half-power beamwidths of the array
+        and Doppler bins; added in squares.
+    range_bias_bins : float
+        Added to all ranges.
+    range_doppler_share : float
+        Share of the coupling of range and Doppler that the radar leaves in its ranges (errata, "Radar").
+    grazing_limit_deg : float
+        Direction errors grow with the angle from boresight, as the array looks narrower, up to this angle.
+    resolution_bins, resolution_beamwidths : float
+        Two aircraft nearer to each other than both give one plot.
+    false_alarm_factor : float
+        Factor on `false_alarm_probability`: how many false plots a range bin really gives.
+    """
+
+    processing_loss_db: float = Field(default=0.0, ge=0.0, le=100.0)
+    range_error_factor: float = Field(default=1.0, ge=0.0, le=1000.0)
+    direction_error_factor: float = Field(default=1.0, ge=0.0, le=1000.0)
+    range_rate_error_factor: float = Field(default=1.0, ge=0.0, le=1000.0)
+    range_floor_bins: float = Field(default=0.3, gt=0.0, le=1000.0)
+    direction_floor_beamwidths: float = Field(default=0.02, gt=0.0, le=10.0)
+    range_rate_floor_bins: float = Field(default=0.1, gt=0.0, le=1000.0)
+    range_bias_bins: float = Field(default=0.0, ge=-1000.0, le=1000.0)
+    range_doppler_share: float = Field(default=0.0, ge=-1.0, le=1.0)
+    grazing_limit_deg: float = Field(default=80.0, gt=0.0, lt=90.0)
+    resolution_bins: float = Field(default=1.5, ge=0.0, le=1000.0)
+    resolution_beamwidths: float = Field(default=1.0, ge=0.0, le=100.0)
+    false_alarm_factor: float = Field(default=1.0, ge=0.0, le=10.0)
+
+
+class SimulatedRadarConfig(RadarConfig):
+    """A radar of a scenario, as a model of its plots; what confirms a track is the tracker's business here.
+
+    Attributes
+    ----------
+    mount : {"ground", "ownship"}
+        Where it stands: on the ground it sees the ownship as well; on the ownship it turns with it.
+    north_m, east_m, altitude_m : float
+        Of a radar on the ground.
+    range_rate : bool
+        Whether plots carry a range rate.
+    range_rate_max_mps : float
+        False plots have range rates up to this, either way.
+    reference_rcs_m2, reference_closing_speed_mps : float
+        The aircraft for which the radar states how probably it sees one.
+    stated_probability_max : float
+        It states no more than this: for some scans an aircraft may be unresolved from another, whatever its echo.
+    pose_error_north_m, pose_error_east_m, pose_error_up_m, pose_error_heading_deg, pose_error_pitch_deg, \
+pose_error_roll_deg : float
+        Where the radar really is and looks, less what it says; the angles turn the array about its own axes.
+    range_scale : float
+        Ranges given in terms of the true ones.
+    silent_from_s, silent_until_s : float or None
+        It gives nothing from and until these times after the run's start; no end: for ever.
+    burst_at_s : float or None
+        For `burst_s` seconds from this time on, every scan has `burst_plots` false plots more.
+    burst_s : float
+    burst_plots : int
+    plot_model : PlotModelConfig
+    """
+
+    mount: Literal["ground", "ownship"] = "ground"
+    north_m: float = 0.0
+    east_m: float = 0.0
+    altitude_m: float = Field(default=0.0, ge=-1000.0, le=100_000.0)
+    range_rate: bool = False
+    range_rate_max_mps: float = Field(default=60.0, gt=0.0, le=1000.0)
+    reference_rcs_m2: float = Field(default=0.1, gt=0.0, le=1e6)
+    reference_closing_speed_mps: float = Field(default=15.0, ge=0.0, le=1000.0)
+    stated_probability_max: float = Field(default=0.9, gt=0.0, le=1.0)
+    pose_error_north_m: float = Field(default=0.0, ge=-1000.0, le=1000.0)
+    pose_error_east_m: float = Field(default=0.0, ge=-1000.0, le=1000.0)
+    pose_error_up_m: float = Field(default=0.0, ge=-1000.0, le=1000.0)
+    pose_error_heading_deg: float = Field(default=0.0, ge=-180.0, le=180.0)
+    pose_error_pitch_deg: float = Field(default=0.0, ge=-90.0, le=90.0)
+    pose_error_roll_deg: float = Field(default=0.0, ge=-180.0, le=180.0)
+    range_scale: float = Field(default=1.0, gt=0.0, le=10.0)
+    silent_from_s: float | None = Field(default=None, ge=0.0)
+    silent_until_s: float | None = Field(default=None, gt=0.0)
+    burst_at_s: float | None = Field(default=None, ge=0.0)
+    burst_s: float = Field(default=1.0, gt=0.0)
+    burst_plots: int = Field(default=0, ge=0, le=10_000)
+    plot_model: PlotModelConfig = PlotModelConfig()
+
+    @model_validator(mode="after")
+    def _sensible(self) -> Self:
+        if self.array_columns < 2:
+            raise ValueError("an array of one column measures no azimuth: give more channels, or fewer array_rows")
+        if self.azimuth_beamwidth_deg is None or self.elevation_beamwidth_deg is None:
+            # A recording's configuration could not say it.
+            raise ValueError("azimuth_beamwidth_deg and elevation_beamwidth_deg: give 360 for an element that sees all")
+        if self.mount == "ownship" and (self.north_m, self.east_m, self.altitude_m) != (0.0, 0.0, 0.0):
+            raise ValueError('north_m, east_m and altitude_m are of mount = "ground": leave them out')
+        if self.silent_until_s is not None:
+            if self.silent_from_s is None:
+                raise ValueError("silent_until_s needs silent_from_s")
+            if self.silent_until_s <= self.silent_from_s:
+                raise ValueError("silent_until_s must be later than silent_from_s")
+        if (self.burst_at_s is None) != (self.burst_plots == 0):
+            raise ValueError("a burst needs both burst_at_s and burst_plots")
+        return self
+
+    @property
+    def scan_kind(self) -> str:
+        """Kind of its scans: a line of elements measures no elevation, only the angle of a cone about the line."""
+        return "radar_cone" if self.array_rows == 1 else "radar"
+
+    def unit_names(self, name: str) -> tuple[str, ...]:
+        """Return the names of the units of a radar called `name`, one for each boresight."""
+        n = len(self.boresight_azimuths_deg)
+        return (name,) if n == 1 else tuple(f"{name}/{k + 1}" for k in range(n))

@@ -70,6 +70,7 @@ class MultiTargetTracker:
     """
 
     Config = MultiTargetConfig
+    hears = frozenset({"radar", "radar_cone", "adsb"})
 
     def __init__(self, config: MultiTargetConfig) -> None:
         self._config = config

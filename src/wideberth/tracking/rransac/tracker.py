@@ -65,6 +65,7 @@ class RransacTracker:
     """
 
     Config: type[RransacConfig] = RransacConfig
+    hears = frozenset({"radar"})
 
     def __init__(self, config: RransacConfig) -> None:
         self._config = config

@@ -1,0 +1,95 @@
+"""The parts that a scenario chose: their classes, and whether they fit together."""
+
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from wideberth import tracking
+
+_KINDS = {"adsb": "ADS-B", "radar": "radar plots", "radar_cone": "plots of a line array"}
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A part that a table chose.
+
+    Attributes
+    ----------
+    kind : str
+        Its name in the folder's `PARTS`, or ``package.module:Class``.
+    target : type
+        The class itself.
+    config : PartConfig
+        Its checked settings, an instance of the class's `Config`.
+    name : str
+        What a sensor is called; empty for other parts.
+    """
+
+    kind: str
+    target: type
+    config: Any
+    name: str = ""
+
+    @property
+    def default_name(self) -> str:
+        """What a sensor is called that the scenario gives no name."""
+        return str(getattr(self.target, "name", self.kind))
+
+
+def load_class(address: str) -> type | str:
+    """Return the class at ``package.module:Class``, or what is wrong in words."""
+    module_name, _, class_name = address.partition(":")
+    try:
+        target = getattr(importlib.import_module(module_name), class_name)
+    except (ImportError, AttributeError, ValueError, TypeError) as error:
+        return f"cannot load {address}: {error}"
+    return target if isinstance(target, type) else f"{address} is not a class"
+
+
+def heard_by(tracker: type | str) -> frozenset[str]:
+    """Return which kinds of scan a tracker's class takes; none where it does not say."""
+    return frozenset(getattr(tracker, "hears", ()))
+
+
+def misfits(sensors: Mapping[str, Part], tracker: Part, recorded: bool) -> list[str]:
+    """Return what does not fit together, in words: sensors with each other, the traffic and the tracker.
+
+    Parameters
+    ----------
+    sensors : mapping of str to Part
+        By their paths in the scenario.
+    tracker : Part
+    recorded : bool
+        Whether the traffic is recorded or live, not simulated.
+
+    Returns
+    -------
+    list of str
+    """
+    wrong: list[str] = []
+    names: dict[str, str] = {}
+    for path, sensor in sensors.items():
+        for name in getattr(sensor.config, "unit_names", lambda n: (n,))(sensor.name):
+            if name in names:
+                wrong.append(f"{path}.name: {names[name]} is called '{name}' as well: give each its own name")
+            names[name] = path
+        if sensor.kind == "adsb_receiver" and not recorded:
+            wrong.append(
+                f"{path}.kind: adsb_receiver needs recorded traffic; simulated traffic takes adsb, the error model"
+            )
+        elif recorded and getattr(sensor.config, "scan_kind", "adsb") != "adsb":
+            wrong.append(f"{path}.kind: {sensor.kind} needs simulated traffic; recorded traffic takes adsb")
+    if recorded and len(sensors) > 1:
+        wrong.append("sensors: recorded traffic is heard by one receiver: leave one sensor")
+    given = {kind for s in sensors.values() if (kind := getattr(s.config, "scan_kind", None)) is not None}
+    hears = heard_by(tracker.target) or given
+    if not given <= hears:
+        able = [name for name, address in tracking.PARTS.items() if given <= heard_by(load_class(address))]
+        unheard = " and ".join(_KINDS.get(kind, kind) for kind in sorted(given - hears))
+        take = " or ".join(able)
+        wrong.append(
+            f"tracker.kind: {tracker.kind} does not hear {unheard}: "
+            + (f"take {take}" if able else "no tracker hears all of these sensors, take one out")
+        )
+    return wrong

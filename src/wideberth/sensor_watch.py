@@ -1,0 +1,124 @@
+"""What the sensors can tell at all: who has fallen silent, and whether the sky around the ownship is watched.
+
+An alert state of clear is a statement about the sky, and needs sensors behind it. Silence is never clear, and neither
+is a direction into which no radar looks. What aircraft say of themselves watches nothing: it is about those who do.
+"""
+
+import dataclasses
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.types import FloatArray, Ownship, Scan, SensorHealth
+
+SILENT_INTERVALS, SILENT_LEAST = 3.0, 1.0
+"""A sensor without a scan for so many of its intervals, and for so many seconds, is silent."""
+
+WATCHED_PROBABILITY = 0.5
+"""A place is watched where an aircraft is seen in at least this share of the looks."""
+
+_DIRECTIONS = 24
+_SEAM = math.radians(5.0)
+"""Between the fields of view of two sensors: an aircraft does not get lost in a gap that narrow."""
+
+
+class SensorWatch:
+    """The health of the sensors, those that say nothing included, and what they watch.
+
+    Parameters
+    ----------
+    intervals : mapping of str to float
+        Sensors that are to be heard and that look around, and how often they do, s. Of others only what their scans say
+        is known. With none there is nothing to be watched by.
+    radius : float
+        All around is watched if every point of a level circle of this radius about the ownship is, m.
+    """
+
+    def __init__(self, intervals: Mapping[str, float], radius: float) -> None:
+        self._intervals = dict(intervals)
+        turn = 2.0 * math.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
+        self._circle = radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(_DIRECTIONS)], axis=1)
+        self._start = math.nan
+        self._last: dict[str, Scan] = {}
+        self._states: dict[str, str] = {}
+        self._watched = True
+
+    def step(
+        self, t: float, ownship: Ownship, scans: Sequence[Scan]
+    ) -> tuple[dict[str, SensorHealth], bool, tuple[str, ...]]:
+        """Take note of a step's scans.
+
+        Parameters
+        ----------
+        t : float
+            Now, s.
+        ownship : Ownship
+        scans : sequence of Scan
+
+        Returns
+        -------
+        sensors : dict of str to SensorHealth
+        sound : bool
+            Whether all sensors are well and all around the ownship is watched.
+        events : tuple of str
+            What has changed, in words.
+        """
+        if math.isnan(self._start):
+            self._start = t
+        sensors = {scan.sensor: scan.health for scan in scans if scan.health is not None}
+        self._last.update((scan.sensor, scan) for scan in scans if scan.sensor in self._intervals)
+        for name, interval in self._intervals.items():
+            if name not in sensors:
+                sensors[name] = self._unheard(t, name, interval)
+        events = self._changes(sensors)
+        watched = self._is_watched(ownship, sensors)
+        if watched is not self._watched:
+            events.append("all around is watched again" if watched else "not all around is watched by a sensor")
+            self._watched = watched
+        return sensors, watched and all(health.state == "ok" for health in sensors.values()), tuple(events)
+
+    def _unheard(self, t: float, name: str, interval: float) -> SensorHealth:
+        """Return the health of a sensor without a scan in this step."""
+        scan = self._last.get(name)
+        since = self._start if scan is None else scan.t
+        known = scan.health if scan is not None and scan.health is not None else SensorHealth(math.inf, 0.0, {})
+        age = math.inf if scan is None else t - scan.t
+        if t - since <= max(SILENT_INTERVALS * interval, SILENT_LEAST):
+            return dataclasses.replace(known, age=age)
+        return dataclasses.replace(known, age=age, rate=0.0, state=f"silent for {t - since:.0f} s")
+
+    def _changes(self, sensors: Mapping[str, SensorHealth]) -> list[str]:
+        changes = []
+        for name, health in sensors.items():
+            # Compare without the numbers, or "silent for 12 s" would be news every second.
+            kind = "".join(c for c in health.state if not c.isdigit())
+            if self._states.get(name, "ok") != kind:
+                changes.append(f"sensor {name}: {health.state}")
+            self._states[name] = kind
+        return changes
+
+    def _is_watched(self, ownship: Ownship, sensors: Mapping[str, SensorHealth]) -> bool:
+        """Return whether the sensors that are well watch the whole circle."""
+        if not self._intervals:
+            return True
+        points = ownship.position + self._circle
+        missing = np.ones(len(points), np.bool_)
+        for name, scan in self._last.items():
+            if sensors[name].state == "ok":
+                missing &= ~_watches(scan, points)
+        return not missing.any()
+
+
+def _watches(scan: Scan, points: FloatArray) -> NDArray[np.bool_]:
+    """Return which points (k, 3) lie in the field of view of a scan, where its sensor sees well enough, shape (k,)."""
+    seen = (points - scan.sensor_position) @ scan.sensor_attitude
+    azimuth = np.arctan2(seen[:, 1], seen[:, 0])
+    elevation = np.arctan2(-seen[:, 2], np.hypot(seen[:, 0], seen[:, 1]))
+    inside = (np.abs(azimuth) <= scan.field_of_view[0] + _SEAM) & (np.abs(elevation) <= scan.field_of_view[1] + _SEAM)
+    if scan.detection is not None:
+        distance = np.sqrt((seen**2).sum(axis=1))
+        probability = np.interp(distance, scan.detection.ranges, scan.detection.probabilities, right=0.0)
+        inside &= probability >= WATCHED_PROBABILITY
+    return np.asarray(inside)

@@ -1,0 +1,294 @@
+"""A radar's plots straight from true geometry: what detection, errors, resolution and false alarms make of it.
+
+No signal is made. A target's echo has the signal-to-noise ratio of the link budget with a cross-section drawn for this
+look; the mean power that the threshold is put to is drawn with it, so that detection has exactly the probability of
+`coverage.scan_detection_probability`; and the errors follow from the same ratio.
+
+Errors are Cramer-Rao bounds times factors, with floors in squares. With S the ratio after all processing (channels
+times averages times that of one channel and sweep), the frequency of a tone over N samples is known to
+sqrt(6 / (S (N^2 - 1))) rad a sample (Rife and Boorstyn 1974): sqrt(6) / (2 pi sqrt(S)) range bins over a sweep's
+samples, as many Doppler bins over the sweeps, and across C elements at d wavelengths sqrt(6 / (S (C^2 - 1))) / (2 pi d)
+of the direction cosine. Losses, factors and floors are `PlotModelConfig`.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.sensors.radar.config import SimulatedRadarConfig
+from wideberth.sensors.radar.coverage import looks_and_gain_db
+from wideberth.sensors.radar.detection import threshold
+from wideberth.sensors.radar.link_budget import averaging_gain_db, migration_loss_db, pattern_loss_db, snr_db
+
+FloatArray = NDArray[np.float64]
+
+TONE_BINS = math.sqrt(6.0) / (2.0 * math.pi)
+"""Standard deviation of a tone's frequency, in bins of its spectrum, at a signal-to-noise ratio of 1 in the bin."""
+
+HALF_POWER_WIDTH = 0.886
+"""Half-power beamwidth of an array, in direction cosine, in terms of wavelength over length."""
+
+_LEAST_RATIO = 1.0
+"""Below this ratio after processing errors do not grow: the plot is then anywhere in its cell."""
+
+
+class PlotModel:
+    """The plots of one look of a radar.
+
+    Parameters
+    ----------
+    config : SimulatedRadarConfig
+
+    Attributes
+    ----------
+    field_of_view : tuple of float
+        Half-widths in azimuth and elevation, rad.
+    """
+
+    def __init__(self, config: SimulatedRadarConfig) -> None:
+        self._config, self._model = config, config.plot_model
+        self.field_of_view = (0.5 * math.radians(config.azimuth_fov_deg), 0.5 * math.radians(config.elevation_fov_deg))
+        self._looks, gain_db = looks_and_gain_db(config)
+        self._gain = 10.0 ** (gain_db / 10.0)
+        self._sums = config.channels * config.averages
+        # A whole radar's budget on boresight; distance, cross-section, direction and speed are what changes.
+        self._snr_at_a_metre_db = float(snr_db(1.0, 1.0, config)) - self._model.processing_loss_db
+        first, last = config.range_min_m / config.range_bin, config.range_limit / config.range_bin
+        self._bins = np.arange(math.ceil(first), math.floor(last) + 1)
+        if config.snr_threshold_db is None:
+            self._level = float(threshold(config.false_alarm_probability, self._looks))
+            self._p_fa = min(1.0, config.false_alarm_probability * self._model.false_alarm_factor)
+        else:
+            self._level = 10.0 ** ((config.snr_threshold_db - float(averaging_gain_db(self._looks))) / 10.0)
+            self._p_fa = 0.0
+        elements, spacing = (config.array_columns, config.array_rows), config.element_spacing_wavelengths
+        # One element alone tells no direction, and separates none.
+        self._beamwidths = [HALF_POWER_WIDTH / (n * spacing) if n > 1 else math.inf for n in elements]
+        self._cosine_bounds = [
+            math.sqrt(6.0 / (n * n - 1.0)) / (2.0 * math.pi * spacing) if n > 1 else math.inf for n in elements
+        ]
+        self._doppler_bin = config.wavelength / (2.0 * config.averages * config.sweep_interval)
+        slope = config.bandwidth_mhz * 1e6 / (config.sweep_time_ms * 1e-3)
+        self._coupling = self._model.range_doppler_share * config.carrier_frequency_ghz * 1e9 / slope
+
+    def look(
+        self,
+        random: np.random.Generator,
+        positions: FloatArray,
+        range_rates: FloatArray,
+        rcs_m2: FloatArray,
+        burst: int = 0,
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return the plots of one look, in no order.
+
+        Parameters
+        ----------
+        random : numpy.random.Generator
+        positions : ndarray, shape (k, 3)
+            Of the aircraft in the sensor's axes forward, right, down, m; NaN for those that are not there.
+        range_rates : ndarray, shape (k,)
+            m/s, positive opening.
+        rcs_m2 : ndarray, shape (k,)
+            Mean cross-sections.
+        burst : int
+            So many false plots besides the false alarms.
+
+        Returns
+        -------
+        z, variance : ndarray, shape (n, 4)
+            As in a `Scan` of the radar's kind; the variances by the signal-to-noise ratio of each plot.
+        """
+        # Drawn for all aircraft, seen or not, so that one does not change the noise of another.
+        fluctuation, noise = self._fluctuation(random, len(positions)), random.standard_normal((len(positions), 4))
+        seen = np.flatnonzero(self.visible(positions))
+        snr = self.ratio(positions[seen], range_rates[seen], rcs_m2[seen]) * fluctuation[seen]
+        leader, place, rate, snr = self._merged(seen, positions[seen], range_rates[seen], snr)
+        hit = self._exceeds(random, snr)
+        false, false_rate, false_total = self._false_echoes(random, burst)
+        places, rates = np.concatenate([place[hit], false]), np.concatenate([rate[hit], false_rate])
+        totals = np.concatenate([self._sums * snr[hit], false_total])
+        z, sigma = self._measured(places, rates, totals)
+        n = int(np.count_nonzero(hit))
+        z[:n] += self._bias(rates[:n]) + sigma[:n] * noise[leader[hit]]
+        self._fold(z)
+        order = random.permutation(len(z))
+        return z[order], sigma[order] ** 2
+
+    def visible(self, positions: FloatArray) -> NDArray[np.bool_]:
+        """Return which aircraft (k, 3), in the sensor's axes, m, are within range and field of view, shape (k,)."""
+        distance, azimuth, elevation = polar(positions)
+        c = self._config
+        inside = (distance >= c.range_min_m) & (distance <= c.range_limit)
+        return inside & (np.abs(azimuth) <= self.field_of_view[0]) & (np.abs(elevation) <= self.field_of_view[1])
+
+    def ratio(self, positions: FloatArray, range_rates: FloatArray, rcs_m2: FloatArray) -> FloatArray:
+        """Return mean signal-to-noise ratios of one channel and sweep, all losses taken off.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (k, 3)
+            In the sensor's axes, m.
+        range_rates : ndarray, shape (k,)
+            m/s.
+        rcs_m2 : ndarray, shape (k,)
+
+        Returns
+        -------
+        ndarray, shape (k,)
+        """
+        distance, azimuth, elevation = polar(positions)
+        lost = 2.0 * pattern_loss_db(azimuth, elevation, self._config) + migration_loss_db(range_rates, self._config)
+        ratio = 10.0 ** ((self._snr_at_a_metre_db - lost) / 10.0) * rcs_m2 / distance**4
+        return np.asarray(ratio)
+
+    def sigmas(self, positions: FloatArray, total: FloatArray) -> FloatArray:
+        """Return the standard deviations of plots.
+
+        Parameters
+        ----------
+        positions : ndarray, shape (k, 3)
+            Where they are, in the sensor's axes, m.
+        total : ndarray, shape (k,)
+            Signal-to-noise ratio after all processing.
+
+        Returns
+        -------
+        ndarray, shape (k, 4)
+            Range, m; azimuth and elevation, or angle of the cone and NaN, rad; range rate, m/s, or NaN.
+        """
+        c, m = self._config, self._model
+        root = 1.0 / np.sqrt(np.maximum(total, _LEAST_RATIO))
+        _, azimuth, elevation = polar(positions)
+        sigma = np.full((len(positions), 4), np.nan)
+        sigma[:, 0] = c.range_bin * np.hypot(m.range_error_factor * TONE_BINS * root, m.range_floor_bins)
+        right, down = (
+            np.hypot(m.direction_error_factor * bound * root, m.direction_floor_beamwidths * width)
+            for bound, width in zip(self._cosine_bounds, self._beamwidths, strict=True)
+        )
+        least = math.cos(math.radians(m.grazing_limit_deg))
+        if c.array_rows == 1:
+            sideways = np.cos(elevation) * np.sin(azimuth)
+            sigma[:, 1] = right / np.maximum(np.sqrt(1.0 - sideways**2), least)
+        else:
+            sigma[:, 1] = right / np.maximum(np.cos(elevation) * np.abs(np.cos(azimuth)), least)
+            sigma[:, 2] = down / np.maximum(np.cos(elevation), least)
+        if c.range_rate:
+            bins = np.hypot(m.range_rate_error_factor * TONE_BINS * root, m.range_rate_floor_bins)
+            sigma[:, 3] = self._doppler_bin * bins
+        return sigma
+
+    def _fluctuation(self, random: np.random.Generator, k: int) -> FloatArray:
+        """Draw cross-sections of a look, in terms of their means."""
+        if self._config.snr_threshold_db is not None or self._config.swerling == 0:
+            return np.ones(k)
+        if self._config.swerling == 1:
+            return random.standard_exponential(k)
+        return 0.5 * random.standard_gamma(2.0, k)
+
+    def _exceeds(self, random: np.random.Generator, snr: FloatArray) -> NDArray[np.bool_]:
+        """Draw whether the mean power of the looks exceeds the threshold; a fixed one takes the ratio as it is."""
+        if self._config.snr_threshold_db is not None:
+            return np.asarray(snr * self._gain >= self._level)
+        freedom = 2.0 * self._looks
+        power = random.noncentral_chisquare(freedom, freedom * self._gain * snr) / freedom
+        return np.asarray(power >= self._level)
+
+    def _merged(
+        self, index: NDArray[np.int64], places: FloatArray, rates: FloatArray, snr: FloatArray
+    ) -> tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]:
+        """Return aircraft with those that one cell holds made one: powers added, places and rates weighted by them."""
+        distance = np.linalg.norm(places, axis=1)
+        apart = self._model.resolution_bins * self._config.range_bin
+        if len(index) < 2 or np.diff(np.sort(distance)).min() >= apart:
+            return index, places, rates, snr
+        cosines = places[:, 1:] / distance[:, None]
+        widths = self._model.resolution_beamwidths * np.array(self._beamwidths)
+        rest = np.argsort(-snr)
+        groups = []
+        while len(rest):
+            near = np.abs(distance[rest] - distance[rest[0]]) < apart
+            near &= (np.abs(cosines[rest] - cosines[rest[0]]) < widths).all(axis=1)
+            near[0] = True
+            groups.append(rest[near])
+            rest = rest[~near]
+        total = np.array([snr[g].sum() for g in groups])
+        weights = [snr[g] / snr[g].sum() for g in groups]
+        return (
+            np.array([index[g[0]] for g in groups]),
+            np.array([w @ places[g] for g, w in zip(groups, weights, strict=True)]),
+            np.array([w @ rates[g] for g, w in zip(groups, weights, strict=True)]),
+            total,
+        )
+
+    def _measured(self, places: FloatArray, rates: FloatArray, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return plots of places without errors, NaN where not measured, and their standard deviations, (n, 4)."""
+        sigma = self.sigmas(places, totals)
+        distance, azimuth, elevation = polar(places)
+        z = np.stack([distance, azimuth, elevation, rates], axis=1)
+        if self._config.array_rows == 1:
+            # Thesis (5.1): a line of elements measures the direction cosine along itself, and no more.
+            z[:, 1] = np.arcsin(np.clip(places[:, 1] / distance, -1.0, 1.0))
+        z[np.isnan(sigma)] = np.nan
+        return z, sigma
+
+    def _bias(self, rates: FloatArray) -> FloatArray:
+        """Return what plots of aircraft are off by on average, shape (n, 4)."""
+        bias = np.zeros((len(rates), 4))
+        bias[:, 0] = self._model.range_bias_bins * self._config.range_bin + self._coupling * rates
+        return bias
+
+    def _fold(self, z: FloatArray) -> None:
+        """Bring ranges and angles that errors took past their ends back, in place."""
+        z[:, 0] = np.maximum(z[:, 0], 0.5 * self._config.range_bin)
+        # A cone has no angles beyond a quarter turn: they are mirrored.
+        cone = self._config.array_rows == 1
+        z[:, 1] = np.arcsin(np.sin(z[:, 1])) if cone else np.mod(z[:, 1] + math.pi, 2.0 * math.pi) - math.pi
+
+    def _false_echoes(self, random: np.random.Generator, burst: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return places, range rates and ratios after processing of false alarms, one a bin at most, and of a burst."""
+        c = self._config
+        alarms = self._bins[random.random(len(self._bins)) < self._p_fa]
+        bins = np.concatenate([alarms, random.choice(self._bins, burst)]) if burst else alarms
+        n = len(bins)
+        distance = np.maximum(c.range_bin * (bins + random.random(n) - 0.5), 0.5 * c.range_bin)
+        # A false alarm's power is that of noise beyond the threshold, a burst's just at it.
+        excess = np.full(n, max(self._level - 1.0, 0.0))
+        if len(alarms):
+            p = c.false_alarm_probability * (1.0 - random.random(len(alarms)))
+            excess[: len(alarms)] = threshold(p, self._looks) - 1.0
+        azimuth, elevation = even_directions(random, n, self.field_of_view)
+        level = np.cos(elevation)
+        towards = np.stack([level * np.cos(azimuth), level * np.sin(azimuth), -np.sin(elevation)], axis=1)
+        rates = random.uniform(-c.range_rate_max_mps, c.range_rate_max_mps, n)
+        return distance[:, None] * towards, rates, excess / self._gain * self._sums
+
+
+def polar(positions: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return distance, azimuth and elevation, each (k,), of places (k, 3) in a sensor's axes forward, right, down."""
+    distance = np.sqrt((positions**2).sum(axis=1))
+    level = np.hypot(positions[:, 0], positions[:, 1])
+    return distance, np.arctan2(positions[:, 1], positions[:, 0]), np.arctan2(-positions[:, 2], level)
+
+
+def even_directions(
+    random: np.random.Generator, n: int, field_of_view: tuple[float, float], lowest: float | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """Draw directions evenly over the solid angle of a field of view.
+
+    Parameters
+    ----------
+    random : numpy.random.Generator
+    n : int
+    field_of_view : tuple of float
+        Half-widths in azimuth and elevation, rad.
+    lowest : float, optional
+        Sine of the lowest elevation; that of the field of view where not given.
+
+    Returns
+    -------
+    azimuth, elevation : ndarray, shape (n,)
+    """
+    top = math.sin(field_of_view[1])
+    azimuth = random.uniform(-field_of_view[0], field_of_view[0], n)
+    return azimuth, np.arcsin(random.uniform(-top if lowest is None else lowest, top, n))

@@ -1,0 +1,80 @@
+"""Which tracks stay the ownship's, and that nobody avoids himself."""
+
+import dataclasses
+
+import numpy as np
+
+from tests.unit.test_pipeline import MISSION, FakeDetector, FakePlanner, FakeTracker, ownship, pipeline, scan, track
+from wideberth.tracking.lost_traffic import LostTraffic
+from wideberth.tracking.own_tracks import HOLD_RADIUS, OwnTracks
+from wideberth.types import AlertLevel
+
+ORIGIN = np.zeros(3)
+
+
+def at(t, distance, own=False, name="7"):
+    return dataclasses.replace(track(t, name), position=np.array([distance, 0.0, 0.0]), is_ownship=own)
+
+
+def marks(own_tracks, *tracks):
+    return [one.is_ownship for one in own_tracks.step(tracks, ORIGIN)]
+
+
+def test_a_track_that_telemetry_no_longer_explains_stays_ours_while_it_is_near():
+    own = OwnTracks()
+    assert marks(own, at(0.0, 3.0)) == [False]
+    assert marks(own, at(0.1, 3.0, True)) == [True]
+    assert marks(own, at(0.2, HOLD_RADIUS - 1.0)) == [True]
+    assert marks(own, at(0.3, HOLD_RADIUS + 1.0)) == [False]
+    assert marks(own, at(0.4, 3.0)) == [False]
+
+
+def test_a_track_without_news_stays_ours_wherever_it_flies_on():
+    own = OwnTracks()
+    marks(own, at(5.0, 2.0, True))
+    gone = dataclasses.replace(at(9.0, 400.0), t_last_update=5.0)
+    assert marks(own, gone) == [True] and marks(own, gone) == [True]
+    assert marks(own, at(9.5, 400.0)) == [False]
+    assert marks(own, gone) == [False]
+
+
+def test_another_track_found_to_be_ours_frees_the_old_one():
+    own = OwnTracks()
+    marks(own, at(0.0, 2.0, True))
+    assert marks(own, at(0.1, 2.0), at(0.1, 1.0, True, "8")) == [False, True]
+    assert marks(own, at(0.2, 2.0), at(0.2, 1.0, False, "8")) == [False, True]
+
+
+def test_a_number_that_is_gone_is_forgotten():
+    own = OwnTracks()
+    marks(own, at(0.0, 2.0, True))
+    marks(own)
+    assert marks(own, at(0.0, 2.0)) == [False]
+
+
+def test_the_ownships_track_is_shown_but_neither_assessed_nor_avoided():
+    detector, planner = FakeDetector(AlertLevel.WARNING), FakePlanner()
+    made = pipeline(FakeTracker([track(0.0, "1", is_ownship=True), track(0.0, "2")], []), detector, planner)
+    snapshot = made.step(0.0, ownship(0), [scan(0.0)], MISSION)
+    assert [one.id for one in snapshot.tracks] == ["1", "2"]
+    assert detector.seen == [("2",)] and [one.id for one in planner.given[0]] == ["2"]
+    assert [threat.track_id for threat in snapshot.threats] == ["2"]
+    # Lost, it leaves no ghost; the other does.
+    assert [one.id for one in made.step(1.0, ownship(1), [scan(1.0)], MISSION).tracks] == ["2"]
+
+
+def test_lost_traffic_does_not_remember_the_ownship():
+    lost = LostTraffic(60.0)
+    lost.step(0.0, [track(0.0, "1", is_ownship=True)])
+    assert lost.step(1.0, []) == ()
+
+
+def test_the_tracker_is_told_of_the_ownship():
+    class Listens(FakeTracker):
+        def step(self, t, scans, ownship=None):
+            self.told = ownship
+            return (), ()
+
+    tracker = Listens()
+    pipeline(tracker).step(3.0, ownship(3), [scan(3.0)], MISSION)
+    assert tracker.told is not None and tracker.told.t == 3

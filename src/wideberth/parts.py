@@ -83,7 +83,8 @@ def misfits(sensors: Mapping[str, Part], tracker: Part, recorded: bool) -> list[
     if recorded and len(sensors) > 1:
         wrong.append("sensors: recorded traffic is heard by one receiver: leave one sensor")
     given = {kind for s in sensors.values() if (kind := getattr(s.config, "scan_kind", None)) is not None}
-    hears = heard_by(tracker.target) or given
+    # Settings may narrow or widen what the class hears.
+    hears = getattr(tracker.config, "hears", None) or heard_by(tracker.target) or given
     if not given <= hears:
         able = [name for name, address in tracking.PARTS.items() if given <= heard_by(load_class(address))]
         unheard = " and ".join(_KINDS.get(kind, kind) for kind in sorted(given - hears))

@@ -19,7 +19,7 @@ def taken(z, attitude=None, known=math.nan, variance=VARIANCE):
     z = np.array(z, float).reshape(-1, 4)
     s, counts = make_scratch(1, max(len(z), 1), 2), np.zeros(COUNTS, np.int64)
     c = np.eye(3) if attitude is None else attitude
-    n = take_in(z, np.tile(variance, (len(z), 1)), 0, len(z), np.zeros(3), c, 600.0, known, 10.0, counts, s)
+    n = take_in(z, np.tile(variance, (len(z), 1)), 0, len(z), np.zeros(3), c, 600.0, known, 10.0, False, counts, s)
     return n, s, counts
 
 

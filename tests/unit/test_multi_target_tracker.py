@@ -190,7 +190,8 @@ def broken(scan, **changes):
         (lambda s: {"sensor_position": np.zeros(2)}, "sensor pose of a wrong shape"),
         (lambda s: {"sensor_attitude": 2.0 * np.eye(3)}, "sensor attitude is no rotation"),
         (lambda s: {"field_of_view": (0.0, 1.0)}, "field of view out of range"),
-        (lambda s: {"kind": "adsb"}, "scan of another kind"),
+        (lambda s: {"kind": "sonar"}, "scan of another kind"),
+        (lambda s: {"kind": "adsb", "z": np.zeros((2, 3))}, "scan of a wrong shape"),
     ],
 )
 def test_bad_scans_are_counted_and_tracks_survive(change, counter):

@@ -151,3 +151,9 @@ def test_radar_and_adsb_together_sense_the_same_sky() -> None:
 def test_an_experiment_has_one_sensor() -> None:
     with pytest.raises(InputError, match="sensors: an experiment has one sensor: write it as"):
         build_experiment({"sensors": [RADAR]})
+
+
+def test_a_known_altitude_lets_r_ransac_hear_a_line_array() -> None:
+    tracker = {"kind": "rransac", "preset": "flight_test", "known_altitude_m": 100.0}
+    built = build_scenario({**scenario(), "sensor": {"kind": "radar"}, "tracker": tracker})
+    assert built.tracker.kind == "rransac"

@@ -10,17 +10,12 @@ from wideberth.tracking.adsb_aircraft import AdsbAircraft
 from wideberth.tracking.config import AdsbKalmanConfig
 from wideberth.tracking.filter_bank import FilterBank
 from wideberth.tracking.kernels import ACCEPTED
+from wideberth.tracking.report_checks import report_faults
 from wideberth.tracking.report_history import ACCEPTED_OUTCOME, AircraftFilter, Outcome, Report, Update
 from wideberth.types import Ownship, Scan, SourceInfo, Track, TrackStatus
 
-_FUTURE_SECONDS = 0.5
-"""Reports this far ahead of the clock are still believed."""
-
 _FORGET_SECONDS = 900.0
 """An address without track and without reports for this long is forgotten."""
-
-_LARGEST = np.array([2e7, 2e7, 1e5, 2e3, 2e3, 2e3])
-"""Largest position, altitude and velocity that are believed to come from the air at all, m and m/s."""
 
 _BLANK = SourceInfo()
 
@@ -183,13 +178,7 @@ class AdsbKalmanTracker:
             times = scan.t_valid
             variances = scan.R.diagonal(axis1=1, axis2=2)
             good = np.ones(k, np.bool_)
-            for key, bad in (
-                ("time not finite", ~np.isfinite(times)),
-                ("time in the future", times > t + _FUTURE_SECONDS),
-                ("too late", times < oldest),
-                ("value out of range", (np.abs(scan.z) > _LARGEST).any(axis=1)),
-                ("variance out of range", ~(((variances > 1e-12) & (variances < 1e12)) | np.isnan(scan.z)).all(axis=1)),
-            ):
+            for key, bad in report_faults(scan, t, oldest):
                 if bad.any():
                     self._counters[key] += int(np.count_nonzero(bad & good))
                     good &= ~bad

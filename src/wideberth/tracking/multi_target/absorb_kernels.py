@@ -14,8 +14,9 @@ from wideberth.tracking.multi_target.association_kernels import (
 )
 from wideberth.tracking.multi_target.bank_kernels import Bank, make_bank
 from wideberth.tracking.multi_target.buffers_kernels import CANDIDATES, COUNTS, LARGE_CLUSTERS, Scratch, make_scratch
+from wideberth.tracking.multi_target.consider_kernels import BIASES, carry_cross
 from wideberth.tracking.multi_target.imm_kernels import HYPOTHESES, STRAIGHT
-from wideberth.tracking.multi_target.intake_kernels import first_above
+from wideberth.tracking.multi_target.intake_kernels import azimuth_on_cone, first_above
 from wideberth.tracking.multi_target.sighting_kernels import (
     element_variances,
     innovation,
@@ -41,10 +42,10 @@ ALL = 0.9999
 
 
 @jit_uncounted
-def gate_plots(bank: Bank, i: int, window: Window, n: int, gate: float, s: Scratch) -> None:
+def gate_plots(bank: Bank, i: int, window: Window, n: int, gate: float, cone: bool, s: Scratch) -> None:
     """Fill the candidates of track `i`: plots in its gate under either hypothesis, with what they would make of it.
 
-    `s.look`, `s.frame` and `s.spread` must hold how the scan's sensor sees the track.
+    `s.look`, `s.frame` and `s.spread` must hold how the scan's sensor sees the track; `cone` is that of `take_in`.
     """
     k = window.cursor[0]
     s.counts[i] = 0
@@ -70,7 +71,8 @@ def gate_plots(bank: Bank, i: int, window: Window, n: int, gate: float, s: Scrat
         m = s.order[q]
         q += 1
         if math.isnan(s.z[m, 2]):
-            line_of_sight(window.attitude[k], s.z[m, 1], s.look[2], s.sight[m])
+            azimuth = azimuth_on_cone(s.z[m, 1], s.look[2]) if cone else s.z[m, 1]
+            line_of_sight(window.attitude[k], azimuth, s.look[2], s.sight[m])
         element_variances(s.look, s.spread[1], s.spread[2], s.variance[m], s.r)
         least = math.inf
         for j in range(HYPOTHESES):
@@ -99,7 +101,8 @@ def gate_plots(bank: Bank, i: int, window: Window, n: int, gate: float, s: Scrat
     for c in range(count):
         m = s.plots[i, c]
         if math.isnan(s.z[m, 2]):
-            line_of_sight(window.attitude[k], s.z[m, 1], s.look[2], s.sight[m])
+            azimuth = azimuth_on_cone(s.z[m, 1], s.look[2]) if cone else s.z[m, 1]
+            line_of_sight(window.attitude[k], azimuth, s.look[2], s.sight[m])
         element_variances(s.look, s.spread[1], s.spread[2], s.variance[m], s.r)
         rate = s.z[m, 3] == s.z[m, 3]
         least = math.inf
@@ -140,6 +143,30 @@ def weigh(bank: Bank, i: int, window: Window, speed_max: float, s: Scratch) -> N
         for j in range(HYPOTHESES):
             s.likelihood[i, c, j] /= total
     s.none[i] = max(1.0 - bank.existence[i] * s.seen[i], 1e-9)
+
+
+@jit_uncounted
+def absorb_cross(bank: Bank, i: int, s: Scratch) -> None:
+    """Update a track's covariance with the biases of its ADS-B reports by its plots; to be called before `absorb`."""
+    count = s.counts[i]
+    missed = s.beta[i, 0] * (1.0 - s.seen[i]) * bank.existence[i] / s.none[i]
+    for j in range(HYPOTHESES):
+        states = 6 if j == STRAIGHT else 9
+        weight = missed * bank.mu[i, j]
+        whole = weight
+        for c in range(count):
+            whole += s.beta[i, c + 1] * s.likelihood[i, c, j]
+        if whole <= 1e-300 or weight > ALL * whole:
+            continue
+        for a in range(states):
+            for b in range(states):
+                s.p2[a, b] = weight / whole * bank.p[i, j, a, b]
+                for c in range(count):
+                    s.p2[a, b] += s.beta[i, c + 1] * s.likelihood[i, c, j] / whole * s.cp[i, c, j, a, b]
+        if not carry_cross(states, bank.p[i, j], bank.cross[i, j], s.p2, s.f, s.x2):
+            for a in range(states):
+                for b in range(BIASES):
+                    bank.cross[i, j, a, b] = 0.0
 
 
 @jit_uncounted
@@ -229,7 +256,8 @@ def warmup() -> None:
     """Compile what Python calls."""
     bank, window, s = make_bank(1), make_window(2, 1), make_scratch(1, 1, 2)
     window.cursor[:] = 0, 1
-    gate_plots(bank, 0, window, 0, 16.0, s)
+    gate_plots(bank, 0, window, 0, 16.0, False, s)
     weigh(bank, 0, window, 100.0, s)
     associate(1, 10, np.zeros(COUNTS, np.int64), s)
+    absorb_cross(bank, 0, s)
     absorb(bank, 0, 0.999, s)

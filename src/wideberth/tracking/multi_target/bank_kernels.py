@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
+from wideberth.tracking.multi_target.consider_kernels import BIASES, forget_biases, mix_cross, predict_cross
 from wideberth.tracking.multi_target.imm_kernels import (
     HYPOTHESES,
     STRAIGHT,
@@ -55,10 +56,14 @@ class Bank(NamedTuple):
         Whether it is in a maneuver.
     habit : ndarray, shape (2,)
         Maneuvers that were begun lately by any track, and seconds that tracks flew straight.
+    address : ndarray of int64, shape (N,)
+        The place in `heard_kernels.Heard` of the aircraft's ADS-B reports; -1: it has not been found among them.
+    cross : ndarray, shape (N, HYPOTHESES, 9, BIASES)
+        Covariance of the state's error with the biases of those reports (`consider_kernels`); zero without them.
     size : ndarray of int64, shape (2,)
         Tracks now, and the number that the next one gets.
-    t : ndarray, shape (1,)
-        Time of the states.
+    t : ndarray, shape (2,)
+        Time of the states, and of the last radar scan.
     """
 
     x: FloatArray
@@ -76,6 +81,8 @@ class Bank(NamedTuple):
     own: FloatArray
     turning: IntArray
     habit: FloatArray
+    address: IntArray
+    cross: FloatArray
     size: IntArray
     t: FloatArray
 
@@ -165,9 +172,35 @@ def make_bank(n: int) -> Bank:
         own=np.zeros((n, STATE_WIDTH)),
         turning=np.zeros(n, np.int64),
         habit=np.zeros(2),
+        address=np.full(n, -1, np.int64),
+        cross=np.zeros((n, HYPOTHESES, 9, BIASES)),
         size=np.array([0, 1], np.int64),
-        t=np.array([-np.inf]),
+        t=np.array([-np.inf, -np.inf]),
     )
+
+
+@jit_uncounted
+def prepare_step(bank: Bank, dt: float, motion: Motion, stay: FloatArray) -> float:
+    """Write the probabilities (HYPOTHESES,) that an aircraft goes on as it does over `dt`; return that it stays."""
+    for j in range(HYPOTHESES):
+        stay[j] = math.exp(-abs(dt) / motion.duration[j])
+    onsets, straight = bank.habit[0], bank.habit[1]
+    rate = (HABIT_WEIGHT + onsets) / (HABIT_WEIGHT * motion.duration[STRAIGHT] + straight)
+    stay[STRAIGHT] = math.exp(-abs(dt) * rate)
+    return math.exp(-abs(dt) / motion.survival_s)
+
+
+@jit_uncounted
+def predict_track(bank: Bank, i: int, dt: float, motion: Motion, s: MotionScratch) -> None:
+    """Take one track `dt` further; `s.stay` is of `prepare_step`."""
+    x, p = bank.x[i], bank.p[i]
+    mix(s.stay, motion.least_mix, motion.acceleration_variance, bank.mu[i], x, p, s.weight, s.mixed, s.spread)
+    if bank.address[i] >= 0:
+        mix_cross(s.weight, bank.cross[i], s.mixed)
+        predict_cross(dt, x, bank.cross[i], s.f, s.mixed)
+    predict_straight(dt, motion.noise[STRAIGHT], x[STRAIGHT], p[STRAIGHT])
+    for j in range(1, HYPOTHESES):
+        predict_turning(dt, motion.noise[j], x[j], p[j], s.f, s.work)
 
 
 @jit_uncounted
@@ -177,18 +210,9 @@ def predict_tracks(bank: Bank, t: float, motion: Motion, s: MotionScratch) -> No
     if bank.t[0] == -math.inf or dt == 0.0:
         bank.t[0] = t
         return
-    for j in range(HYPOTHESES):
-        s.stay[j] = math.exp(-abs(dt) / motion.duration[j])
-    onsets, straight = bank.habit[0], bank.habit[1]
-    rate = (HABIT_WEIGHT + onsets) / (HABIT_WEIGHT * motion.duration[STRAIGHT] + straight)
-    s.stay[STRAIGHT] = math.exp(-abs(dt) * rate)
-    alive = math.exp(-abs(dt) / motion.survival_s)
+    alive = prepare_step(bank, dt, motion, s.stay)
     for i in range(bank.size[0]):
-        x, p = bank.x[i], bank.p[i]
-        mix(s.stay, motion.least_mix, motion.acceleration_variance, bank.mu[i], x, p, s.weight, s.mixed, s.spread)
-        predict_straight(dt, motion.noise[STRAIGHT], x[STRAIGHT], p[STRAIGHT])
-        for j in range(1, HYPOTHESES):
-            predict_turning(dt, motion.noise[j], x[j], p[j], s.f, s.work)
+        predict_track(bank, i, dt, motion, s)
         bank.existence[i] *= alive
     bank.t[0] = t
 
@@ -233,6 +257,11 @@ def copy_track(bank: Bank, i: int, j: int) -> None:
     bank.updated[j] = bank.updated[i]
     bank.seen[j] = bank.seen[i]
     bank.turning[j] = bank.turning[i]
+    bank.address[j] = bank.address[i]
+    for m in range(HYPOTHESES):
+        for a in range(9):
+            for b in range(BIASES):
+                bank.cross[j, m, a, b] = bank.cross[i, m, a, b]
 
 
 @jit_uncounted
@@ -266,6 +295,8 @@ def add_track(
     bank.fed[i] = 1 << min(sensor, 62)
     for m in range(STATE_WIDTH):
         bank.own[i, m] = 0.0
+    bank.address[i] = -1
+    forget_biases(bank.cross[i])
     bank.size[0] += 1
     bank.size[1] += 1
 

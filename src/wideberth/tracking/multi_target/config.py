@@ -6,6 +6,77 @@ from wideberth.part_config import PartConfig
 from wideberth.tracking.config import OwnshipConfig
 
 
+class ReportsConfig(PartConfig):
+    """What the default tracker makes of ADS-B reports, and how it finds out whose they are.
+
+    Attributes
+    ----------
+    assumed_nacp : int
+        Used where an aircraft has not said its own.
+    altitude_bias_sigma_m : float
+        Slowly varying part of the altitude error; R has the white part. 23.1 m are the paper's 75.9 ft.
+    latency_s, latency_sigma_s : float
+        Uncompensated latency expected of an aircraft, and its spread: DO-260B allows 0.6 s.
+    time_sigma_s, whole_second_sigma_s : float
+        Uncertainty of the time of validity, and of time stamps that are whole seconds, which are taken as rounded.
+    gate_mahalanobis : float
+        Largest Mahalanobis distance of position, altitude, climb rate and velocity, each by itself.
+    initial_velocity_sigma_mps : float
+        Added to that of a reported velocity at the start of a track.
+    speed_sigma_mps, climb_sigma_mps : float
+        Spread of each horizontal component of an unknown velocity, and of an unknown climb rate.
+    speed_max_mps : float
+        Fastest aircraft that is believed.
+    hover_speed_mps : float
+        A repeated position is no new position, unless the reported speed is below this.
+    confirm_positions : int
+        Positions that confirm a track, and after which it is compared with the tracks of radars.
+    link_gate : float
+        Normalised distance squared (6 degrees of freedom) below which a radar's track may be the aircraft's.
+    split_gate : float
+        The same above which its track is not the aircraft's.
+    lead_odds : float
+        Logarithm of the odds by which the best radar track must be better than the next one.
+    wait_reports : int
+        Reports after which the best one is taken all the same.
+    split_reports : int
+        Reports in a row that must deny a track's identity.
+    late_max_s : float
+        Reports later than this are rejected.
+    coast_after_s : float
+        A track that only reports feed is coasting after this long without a position.
+    lost_after_s, tentative_lost_after_s : float
+        A track (a tentative one) that only reports feed is dropped after this long without a position; a radar's track
+        loses the address.
+    addresses_max : int
+        Users of addresses that are kept at most; of more, reports are left out and counted.
+    """
+
+    assumed_nacp: int = Field(default=8, ge=0, le=11)
+    altitude_bias_sigma_m: float = Field(default=23.1, ge=0.0)
+    latency_s: float = Field(default=0.3, ge=0.0, le=2.0)
+    latency_sigma_s: float = Field(default=0.3, ge=0.0, le=2.0)
+    time_sigma_s: float = Field(default=0.06, ge=0.0)
+    whole_second_sigma_s: float = Field(default=0.289, ge=0.0)
+    gate_mahalanobis: float = Field(default=5.0, gt=0.0)
+    initial_velocity_sigma_mps: float = Field(default=2.0, ge=0.0)
+    speed_sigma_mps: float = Field(default=120.0, gt=0.0)
+    climb_sigma_mps: float = Field(default=8.0, gt=0.0)
+    speed_max_mps: float = Field(default=350.0, gt=0.0)
+    hover_speed_mps: float = Field(default=1.5, ge=0.0)
+    confirm_positions: int = Field(default=3, ge=2)
+    link_gate: float = Field(default=22.5, gt=0.0)
+    split_gate: float = Field(default=35.0, gt=0.0)
+    lead_odds: float = Field(default=4.6, ge=0.0)
+    wait_reports: int = Field(default=8, ge=0)
+    split_reports: int = Field(default=3, ge=1)
+    late_max_s: float = Field(default=3.0, ge=0.0)
+    coast_after_s: float = Field(default=3.0, gt=0.0)
+    lost_after_s: float = Field(default=60.0, gt=0.0)
+    tentative_lost_after_s: float = Field(default=15.0, gt=0.0)
+    addresses_max: int = Field(default=12_000, ge=1)
+
+
 class MultiTargetConfig(PartConfig):
     """The default radar tracker. The defaults are meant for every scene: sensors say themselves how well they see.
 
@@ -77,6 +148,8 @@ class MultiTargetConfig(PartConfig):
         Spread about it.
     ownship : OwnshipConfig
         How the ownship's own track is told by telemetry.
+    reports : ReportsConfig
+        ADS-B.
     """
 
     straight_noise_m2_per_s3: float = Field(default=1e-7, gt=0.0)
@@ -120,3 +193,4 @@ class MultiTargetConfig(PartConfig):
     known_altitude_m: float | None = None
     known_altitude_sigma_m: float = Field(default=10.0, gt=0.0)
     ownship: OwnshipConfig = OwnshipConfig()
+    reports: ReportsConfig = ReportsConfig()

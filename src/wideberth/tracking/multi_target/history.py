@@ -4,11 +4,14 @@ import bisect
 from collections.abc import Callable
 
 from wideberth.tracking.multi_target.intake import ReadyScan
+from wideberth.tracking.multi_target.reports import ReadyReports
 from wideberth.tracking.multi_target.state import Snapshot, TrackerState
+
+Item = ReadyScan | ReadyReports
 
 
 class History:
-    """The last scans, and copies of the state between them.
+    """The last scans and reports, and copies of the state between them.
 
     Parameters
     ----------
@@ -19,16 +22,16 @@ class History:
     def __init__(self, span_s: float) -> None:
         self._span = span_s
         self._snapshots: list[tuple[Snapshot, int]] = []
-        self._scans: list[ReadyScan] = []
+        self._scans: list[Item] = []
         self._dropped = 0
 
-    def before(self, state: TrackerState, scan: ReadyScan) -> None:
+    def before(self, state: TrackerState, scan: Item) -> None:
         """Note a scan that is about to be processed in order, and copy the state now and then.
 
         Parameters
         ----------
         state : TrackerState
-        scan : ReadyScan
+        scan : ReadyScan or ReadyReports
         """
         if self._span <= 0.0:
             return
@@ -42,13 +45,13 @@ class History:
             self._dropped += used
         self._scans.append(scan)
 
-    def insert(self, state: TrackerState, scan: ReadyScan, process: Callable[[ReadyScan], None]) -> bool:
+    def insert(self, state: TrackerState, scan: Item, process: Callable[[Item], None]) -> bool:
         """Put a late scan in its place and run again what followed; return False where it is too late for that.
 
         Parameters
         ----------
         state : TrackerState
-        scan : ReadyScan
+        scan : ReadyScan or ReadyReports
         process : callable
             Processes one scan in order.
         """

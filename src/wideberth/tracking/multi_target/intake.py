@@ -12,6 +12,8 @@ from wideberth.types import DetectionModel, Scan
 
 FloatArray = NDArray[np.float64]
 
+RADAR_KINDS = ("radar", "radar_cone")
+
 AGREE_SCANS = 3
 """So many scans in a row from a new place are believed."""
 
@@ -36,6 +38,7 @@ class ReadyScan:
     field_of_view: FloatArray
     ranges: FloatArray
     probabilities: FloatArray
+    cone: bool = False
 
 
 @dataclass(slots=True)
@@ -191,4 +194,5 @@ def ready(scan: Scan, log: SensorLog, config: MultiTargetConfig) -> ReadyScan:
         field_of_view=np.array(scan.field_of_view, dtype=np.float64),
         ranges=ranges,
         probabilities=probabilities,
+        cone=scan.kind == "radar_cone",
     )

@@ -15,6 +15,7 @@ from wideberth.tracking.multi_target.buffers_kernels import (
 )
 from wideberth.tracking.multi_target.sighting_kernels import line_of_sight
 from wideberth.tracking.radar_kernels import wrap
+from wideberth.tracking.rransac.plot_kernels import height_angles
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -90,6 +91,58 @@ def elevation_at_height(
 
 
 @jit_uncounted
+def cone_at_height(
+    attitude: FloatArray, distance: float, below: float, sigma: float, z: FloatArray, variance: FloatArray
+) -> bool:
+    """Turn a plot whose azimuth is the angle on a cone into azimuth and elevation at a known height, in place.
+
+    The angles are those of `height_angles`. Errors of the cone's angle and of the height are at right angles on the
+    sphere, turned against azimuth and elevation by an angle that grows away from straight ahead.
+
+    Parameters
+    ----------
+    attitude : ndarray, shape (3, 3)
+        C_ned_sensor.
+    distance : float
+        m.
+    below, sigma : float
+        Down coordinate from the sensor and its spread, m.
+    z, variance : ndarray, shape (4,)
+        The plot and its error variances.
+
+    Returns
+    -------
+    bool
+        False where the cone does not meet that height; nothing is written then.
+    """
+    cone, angles = z[1], z[1:3]
+    if not height_angles(attitude, below, distance, cone, True, angles):
+        return False
+    azimuth, elevation = angles[0], angles[1]
+    ce = math.cos(elevation)
+    turn = math.atan2(math.sin(elevation), ce * math.cos(azimuth))
+    slope = attitude[2, 0] * math.sin(turn) + attitude[2, 2] * math.cos(turn)
+    along = min(sigma / max(distance * abs(slope), 1e-9), LARGEST_ELEVATION_SIGMA) ** 2
+    # A wrong cone leads to another turn at the same height.
+    tilt = attitude[2, 1] * math.cos(cone) - math.sin(cone) * (
+        attitude[2, 0] * math.cos(turn) - attitude[2, 2] * math.sin(turn)
+    )
+    along += variance[1] * min((tilt / max(abs(slope), 1e-9)) ** 2, 1.0)
+    c = math.sin(cone) * math.cos(turn) * math.sin(azimuth) + math.cos(cone) * math.cos(azimuth)
+    c2 = min(c * c, 1.0)
+    across = variance[1]
+    variance[1] = (across * c2 + along * (1.0 - c2)) / max(ce * ce, 1e-6)
+    variance[2] = across * (1.0 - c2) + along * c2
+    return True
+
+
+@jit_uncounted
+def azimuth_on_cone(cone: float, elevation: float) -> float:
+    """Return the azimuth at which a cone's angle has an elevation; the nearest where it is beyond."""
+    return math.asin(min(max(math.sin(cone) / max(math.cos(elevation), 1e-9), -1.0), 1.0))
+
+
+@jit_uncounted
 def take_in(
     z: FloatArray,
     variance: FloatArray,
@@ -100,6 +153,7 @@ def take_in(
     range_max: float,
     known_down: float,
     known_sigma: float,
+    cone: bool,
     counts: IntArray,
     s: Scratch,
 ) -> int:
@@ -117,6 +171,8 @@ def take_in(
         m; plots beyond it by more than a fifth and ten sigmas are not believed.
     known_down, known_sigma : float
         As in `Rules`.
+    cone : bool
+        Whether an azimuth without elevation is the angle out of the sensor's forward-down plane.
     counts : ndarray of int64, shape (COUNTS,)
     s : Scratch
     """
@@ -144,6 +200,12 @@ def take_in(
         if math.isnan(elevation):
             if math.isnan(known_down):
                 elevation = 0.0
+            elif cone:
+                if not cone_at_height(attitude, distance, known_down - position[2], known_sigma, s.z[k], s.variance[k]):
+                    counts[PLOTS_OUT_OF_RANGE] += 1
+                    n -= 1
+                    continue
+                azimuth, elevation = s.z[k, 1], s.z[k, 2]
             else:
                 elevation, spread = elevation_at_height(
                     attitude, azimuth, distance, known_down - position[2], known_sigma
@@ -171,7 +233,9 @@ def warmup() -> None:
     """Compile what Python calls."""
     s = make_scratch(1, 2, 2)
     z = np.ones((2, 4))
-    take_in(z, z, 0, 2, np.zeros(3), np.eye(3), 100.0, math.nan, 1.0, np.zeros(COUNTS, np.int64), s)
+    take_in(z, z, 0, 2, np.zeros(3), np.eye(3), 100.0, math.nan, 1.0, False, np.zeros(COUNTS, np.int64), s)
     first_above(s.key, s.order, 2, 0.5)
     sort_by_key(s.key, s.order, 2)
     elevation_at_height(np.eye(3), 0.1, 100.0, -20.0, 5.0)
+    cone_at_height(np.eye(3), 100.0, -20.0, 5.0, np.array([100.0, 0.1, math.nan, math.nan]), np.ones(4))
+    azimuth_on_cone(0.1, 0.2)

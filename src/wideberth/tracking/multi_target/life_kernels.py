@@ -39,6 +39,9 @@ from wideberth.tracking.multi_target.window_kernels import Window, make_window
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
+HANDED_BACK = -2.0
+"""Existence of a track that no radar sees any more and that its ADS-B reports are to carry on."""
+
 TENTATIVE_OUTSIDE_S = 0.5
 """A tentative track outside every field of view is not waited for."""
 
@@ -114,22 +117,32 @@ def distance_square(bank: Bank, i: int, j: int, motion: Motion, s: Scratch) -> f
 
 @jit_uncounted
 def merge(bank: Bank, clusters: int, motion: Motion, gate: float, s: Scratch) -> None:
-    """Mark with existence -1 the lesser of two tracks that share plots and agree in position and velocity."""
+    """Mark with existence -1 the lesser of two tracks that share plots and agree in position and velocity.
+
+    Of two one of which is known by its ADS-B reports that one stays; two that both are, are two aircraft.
+    """
     for q in range(clusters):
         for a in range(s.first[q], s.first[q + 1]):
             for b in range(a + 1, s.first[q + 1]):
                 i, j = s.members[a], s.members[b]
                 if bank.existence[i] < 0.0 or bank.existence[j] < 0.0:
                     continue
+                known, other_known = bank.address[i] >= 0, bank.address[j] >= 0
+                if known and other_known:
+                    continue
                 if distance_square(bank, i, j, motion, s) < gate:
                     same = bank.status[i] == bank.status[j]
                     keep = bank.hits[i] >= bank.hits[j] if same else bank.status[i] > bank.status[j]
+                    keep = known if known != other_known else keep
                     bank.existence[j if keep else i] = -1.0
 
 
 @jit_uncounted
 def settle(bank: Bank, t: float, rules: Rules, s: Scratch) -> None:
-    """Confirm tracks, and drop those that are no longer believed, unseen for too long, or too uncertain."""
+    """Confirm tracks, and drop those that are no longer believed, unseen for too long, or too uncertain.
+
+    One that is known by its ADS-B reports is marked with existence `HANDED_BACK` instead, to go on by those alone.
+    """
     i = 0
     while i < bank.size[0]:
         existence = bank.existence[i]
@@ -145,6 +158,10 @@ def settle(bank: Bank, t: float, rules: Rules, s: Scratch) -> None:
             reason = LEFT_VIEW
         elif not s.f[0, 0] + s.f[1, 1] + s.f[2, 2] < rules.spread_max * rules.spread_max:
             reason = TOO_UNCERTAIN
+        if reason >= 0 and bank.address[i] >= 0:
+            bank.existence[i] = HANDED_BACK
+            i += 1
+            continue
         if reason >= 0:
             if confirmed:
                 tell(s, reason, bank.identity[i])
@@ -158,10 +175,12 @@ def settle(bank: Bank, t: float, rules: Rules, s: Scratch) -> None:
 
 @jit_uncounted
 def drop_unscanned(bank: Bank, t: float, silent_s: float, s: Scratch) -> None:
-    """Drop all tracks where no scan of any sensor has come for too long before `t`."""
-    if t - bank.t[0] <= silent_s:
+    """Drop all tracks that only radars feed where no scan of any radar has come for too long before `t`."""
+    if t - bank.t[1] <= silent_s:
         return
     for i in range(bank.size[0] - 1, -1, -1):
+        if bank.address[i] >= 0:
+            continue
         if bank.status[i] == CONFIRMED:
             tell(s, NOT_SCANNED, bank.identity[i])
         remove_track(bank, i)

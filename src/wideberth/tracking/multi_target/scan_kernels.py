@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
-from wideberth.tracking.multi_target.absorb_kernels import absorb, associate, gate_plots, weigh
+from wideberth.tracking.multi_target.absorb_kernels import absorb, absorb_cross, associate, gate_plots, weigh
 from wideberth.tracking.multi_target.bank_kernels import (
     CONFIRMED,
     Bank,
@@ -99,6 +99,7 @@ def process_scan(
     field_of_view: FloatArray,
     ranges: FloatArray,
     probabilities: FloatArray,
+    cone: bool,
     counts: IntArray,
     s: Scratch,
 ) -> None:
@@ -107,6 +108,7 @@ def process_scan(
     Parameters
     ----------
     bank : Bank
+        Tracks that end and are known by their ADS-B reports stay, with existence `HANDED_BACK`.
     window : Window
     motion : Motion
     rules : Rules
@@ -130,12 +132,16 @@ def process_scan(
         Half-widths in azimuth and elevation, rad.
     ranges, probabilities : ndarray, shape (TABLE_NODES,)
         Probability of detection against range.
+    cone : bool
+        Whether the azimuth of plots without elevation is the angle out of the sensor's forward-down plane.
     counts : ndarray of int64, shape (COUNTS,)
     s : Scratch
     """
     drop_unscanned(bank, t, rules.silent_s, s)
     range_max = ranges[TABLE_NODES - 1]
-    n = take_in(z, variance, begin, end, position, attitude, range_max, rules.known_down, rules.known_sigma, counts, s)
+    n = take_in(
+        z, variance, begin, end, position, attitude, range_max, rules.known_down, rules.known_sigma, cone, counts, s
+    )
     # At a sensor's first scan all its plots may be false.
     if clutter[sensor, 1] == 0.0:
         clutter[sensor, 0] = n
@@ -143,6 +149,7 @@ def process_scan(
     open_window(window, t, position, velocity, attitude, field_of_view, ranges, probabilities, density)
     dt = t - bank.t[0] if bank.t[0] > -math.inf else 0.0
     predict_tracks(bank, t, motion, s.motion)
+    bank.t[1] = t
     size = bank.size[0]
     # Sensors see less well than they say, or better: what confirmed tracks have had corrects it.
     share = (PRIOR_PLOTS + clutter[sensor, CAME]) / (PRIOR_PLOTS + clutter[sensor, EXPECTED])
@@ -161,12 +168,14 @@ def process_scan(
             bank.inside[i], bank.home[i], bank.seen[i] = 1, sensor, t
         elif bank.home[i] == sensor:
             bank.inside[i] = 0
-        gate_plots(bank, i, window, n, rules.gate, s)
+        gate_plots(bank, i, window, n, rules.gate, cone, s)
         weigh(bank, i, window, rules.speed_max, s)
     clusters = associate(size, rules.event_limit, counts, s)
     mine = s.claims
     for i in range(size):
         confirmed = bank.status[i] == CONFIRMED and s.seen[i] > 0.0
+        if bank.address[i] >= 0:
+            absorb_cross(bank, i, s)
         if absorb(bank, i, rules.existence_max, s) > 0.5:
             if confirmed and bank.inside[i] == 1:
                 clutter[sensor, CAME] += 1.0
@@ -308,6 +317,7 @@ def run_scans(
                 field_of_view,
                 ranges,
                 probabilities,
+                False,
                 counts,
                 s,
             )
@@ -338,7 +348,7 @@ def warmup() -> None:
     zero, eye, fov, table = np.zeros(3), np.eye(3), np.ones(2), np.ones(TABLE_NODES)
     clutter, counts, z = np.zeros((1, CLUTTER_WIDTH)), np.zeros(COUNTS, np.int64), np.ones((1, 4))
     process_scan(
-        bank, window, motion, rules, clutter, 0, 0.0, z, z, 0, 1, zero, zero, eye, fov, table, table, counts, s
+        bank, window, motion, rules, clutter, 0, 0.0, z, z, 0, 1, zero, zero, eye, fov, table, table, False, counts, s
     )
     test = OwnshipTest(3.0, 0.5, 22.0, 35.0, 9.0, -25.0)
     find_ownship(bank, 0.1, np.zeros(6), np.eye(6), motion, test, s)

@@ -7,9 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.tracking.multi_target.bank_kernels import Bank, Motion, grown_bank, make_bank
-from wideberth.tracking.multi_target.buffers_kernels import COUNTS, Rules, Scratch, make_scratch
+from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW, COUNTS, Rules, Scratch, make_scratch
 from wideberth.tracking.multi_target.config import MultiTargetConfig
+from wideberth.tracking.multi_target.fusion import Fusion, FusionSnapshot
 from wideberth.tracking.multi_target.intake import ReadyScan
+from wideberth.tracking.multi_target.reports import ReadyReports, report_rules
 from wideberth.tracking.multi_target.scan_kernels import CLUTTER_WIDTH, find_ownship, process_scan
 from wideberth.tracking.multi_target.window_kernels import Window, make_window
 from wideberth.tracking.ownship import ownship_test
@@ -31,6 +33,7 @@ class Snapshot:
     window: Window
     clutter: FloatArray
     counts: NDArray[np.int64]
+    fusion: FusionSnapshot
 
 
 class TrackerState:
@@ -51,11 +54,9 @@ class TrackerState:
         self.counts = np.zeros(COUNTS, np.int64)
         self.rules = rules_of(config, 1)
         self.scratch = make_scratch(_FIRST_TRACKS, _FIRST_PLOTS, config.window_scans)
-
-    @property
-    def t(self) -> float:
-        """Time of the last scan, s; minus infinity before the first."""
-        return float(self.bank.t[0])
+        self.fusion = Fusion(report_rules(config.reports, config.existence_max), self.motion)
+        self.t = -math.inf
+        """Time of the last scan or report, s."""
 
     def reserve(self, sensors: int, plots: int) -> None:
         """Make room for so many sensors, and a scan of so many plots with the tracks it may give birth to.
@@ -92,6 +93,7 @@ class TrackerState:
         scan : ReadyScan
         """
         self.reserve(scan.sensor + 1, len(scan.z))
+        self.t = scan.t
         process_scan(
             self.bank,
             self.window,
@@ -110,9 +112,22 @@ class TrackerState:
             scan.field_of_view,
             scan.ranges,
             scan.probabilities,
+            scan.cone,
             self.counts,
             self.scratch,
         )
+        s = self.scratch
+        self.fusion.after_scan(self.bank, CONFIRMED_NOW in s.events[: s.event_count[0], 0], s)
+
+    def hear(self, reports: ReadyReports) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Take in ADS-B reports; return the places of their aircraft, and what became of them (`hearing_kernels`).
+
+        Parameters
+        ----------
+        reports : ReadyReports
+        """
+        self.t = max(self.t, reports.t)
+        return self.fusion.take_in(self.bank, reports, self.scratch)
 
     def identify_ownship(self, dt: float, telemetry: FloatArray, covariance: FloatArray) -> None:
         """Mark the track that is the ownship.
@@ -135,6 +150,7 @@ class TrackerState:
             Window._make(a.copy() for a in self.window),
             self.clutter.copy(),
             self.counts.copy(),
+            self.fusion.snapshot(),
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -148,6 +164,8 @@ class TrackerState:
         self.bank = Bank._make(a.copy() for a in snapshot.bank)
         self.window = Window._make(a.copy() for a in snapshot.window)
         self.clutter, self.counts = snapshot.clutter.copy(), snapshot.counts.copy()
+        self.fusion.restore(snapshot.fusion)
+        self.t = snapshot.t
         self.bank.size[1] = max(given, int(self.bank.size[1]))
         self._fit_scratch(1)
 

@@ -1,5 +1,6 @@
-"""The default tracker of radar plots: scans of any number of sensors in, tracks out, nothing to tune."""
+"""The default tracker: scans of any number of radars and ADS-B receivers in, tracks out, nothing to tune."""
 
+import dataclasses
 import math
 from collections import Counter
 from collections.abc import Sequence
@@ -9,60 +10,35 @@ from numpy.typing import NDArray
 
 from wideberth.plots import Plots
 from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, Bank, copied_bank, predict_tracks
-from wideberth.tracking.multi_target.buffers_kernels import (
-    BIRTHS_DEFERRED,
-    CONFIRMED_NOW,
-    LARGE_CLUSTERS,
-    LEFT_VIEW,
-    LOST,
-    MERGED,
-    NOT_SCANNED,
-    PLOTS_NOT_FINITE,
-    PLOTS_OUT_OF_RANGE,
-    PLOTS_SHED,
-    TOO_UNCERTAIN,
-)
+from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.file_run import run_file
-from wideberth.tracking.multi_target.history import History
-from wideberth.tracking.multi_target.intake import ReadyScan, SensorLog, ready, scan_fault
+from wideberth.tracking.multi_target.hearing_kernels import SECOND_USER
+from wideberth.tracking.multi_target.history import History, Item
+from wideberth.tracking.multi_target.intake import RADAR_KINDS, SensorLog, ready, scan_fault
 from wideberth.tracking.multi_target.life_kernels import drop_unscanned
+from wideberth.tracking.multi_target.reports import AddressBook, ReadyReports, report_scan_fault
 from wideberth.tracking.multi_target.scan_kernels import report_tracks
 from wideberth.tracking.multi_target.state import TrackerState
+from wideberth.tracking.multi_target.words import COUNTERS, EVENTS, REPORT_COUNTERS, REPORT_EVENTS
 from wideberth.tracking.ownship import telemetry_covariance
 from wideberth.tracking.ownship_kernels import FLAG
 from wideberth.tracking.track_table import TrackTable
-from wideberth.types import Ownship, Scan, Track, TrackStatus
+from wideberth.types import Ownship, Scan, SourceInfo, Track, TrackStatus
 
 FloatArray = NDArray[np.float64]
 
 _FUTURE_S = 0.5
 """Scans this far ahead of the clock are still believed."""
 
-_EVENTS = {
-    CONFIRMED_NOW: "track {} confirmed",
-    LOST: "track {} lost: no longer seen",
-    LEFT_VIEW: "track {} lost: outside every field of view",
-    MERGED: "track {} ended: the same aircraft as another",
-    TOO_UNCERTAIN: "track {} lost: too uncertain",
-    NOT_SCANNED: "track {} lost: no scan for too long",
-}
-
-_COUNTERS = {
-    PLOTS_NOT_FINITE: "plot not finite",
-    PLOTS_OUT_OF_RANGE: "plot out of range",
-    PLOTS_SHED: "plot shed",
-    BIRTHS_DEFERRED: "birth deferred",
-    LARGE_CLUSTERS: "cluster shared out",
-}
-
 
 class MultiTargetTracker:
-    """Tracks aircraft that do not say who they are, by the plots of one or more radars.
+    """Tracks aircraft by the plots of radars and by the ADS-B reports of those that say who they are.
 
     Load is shed in this order, and counted: of the plots of a scan that no track explains, more than `window_plots`
     are thinned evenly over the range; of pairs for new tracks no more than `consensus_budget` are fitted; a track
-    chooses among its eight nearest plots; clusters with more than `event_limit` joint events are shared out.
+    chooses among its eight nearest plots; clusters with more than `event_limit` joint events are shared out. Addresses
+    beyond `reports.addresses_max` are left out.
 
     Parameters
     ----------
@@ -83,14 +59,17 @@ class MultiTargetTracker:
         self._logs: dict[str, SensorLog] = {}
         self._t = -math.inf
         self._t_own = -math.inf
-        self._told: set[tuple[int, int]] = set()
+        self._told: set[tuple[int, ...]] = set()
+        self._book = AddressBook(self._config.reports)
 
     @property
     def counters(self) -> dict[str, int]:
         """Counts of what was left out or shed, by cause; zero counts are left out."""
         counted = Counter(self._counters)
-        for place, words in _COUNTERS.items():
+        for place, words in COUNTERS.items():
             counted[words] += int(self._state.counts[place])
+        for place, words in REPORT_COUNTERS.items():
+            counted[words] += int(self._state.fusion.counts[place])
         return {words: n for words, n in counted.items() if n}
 
     def run(self, plots: Plots) -> TrackTable:
@@ -105,7 +84,7 @@ class MultiTargetTracker:
         TrackTable
             The confirmed tracks inside the field of view, after each scan.
         """
-        return run_file(self._config, plots, _COUNTERS)
+        return run_file(self._config, plots, COUNTERS)
 
     def step(
         self, t: float, scans: Sequence[Scan], ownship: Ownship | None = None
@@ -117,7 +96,8 @@ class MultiTargetTracker:
         t : float
             Time, s. A time before the last one by more than `late_max_s` drops all tracks.
         scans : sequence of Scan
-            Those of kind ``"radar"`` are used, in order of validity; each has its own pose and detection model.
+            Those of kind ``"radar"``, ``"radar_cone"`` and ``"adsb"`` are used, in order of validity; each radar has
+            its own pose and detection model, each report its own time.
         ownship : Ownship, optional
             Telemetry, to know the ownship's own track by.
 
@@ -141,20 +121,32 @@ class MultiTargetTracker:
             events.append(f"time went back by {self._t - t:.1f} s: {n} tracks dropped")
             self._counters["time went back"] += 1
             self._reset()
-        self._t = max(self._t, t)
-        usable = (scan for scan in scans if self._is_radar(scan, events))
-        for scan in sorted(usable, key=lambda s: (s.t, s.sensor)):
-            self._take_in(t, scan, events)
-        drop_unscanned(self._state.bank, self._t, self._config.silent_s, self._state.scratch)
+        before, self._t = self._t, max(self._t, t)
+        usable = [scan for scan in scans if self._is_usable(scan, events)]
+        items: list[Scan | ReadyReports] = [scan for scan in usable if scan.kind != "adsb"]
+        oldest = (min(t, before) if math.isfinite(before) else t) - self._config.reports.late_max_s
+        for scan in usable:
+            if scan.kind == "adsb":
+                items.extend(self._book.ready(scan, t, oldest, self._counters))
+        for item in sorted(items, key=_order):
+            if isinstance(item, ReadyReports):
+                self._hear(item, events)
+            else:
+                self._take_in(t, item, events)
+        state = self._state
+        drop_unscanned(state.bank, self._t, self._config.silent_s, state.scratch)
+        state.fusion.drop_silent(state.bank, self._t)
         self._tell(events)
+        for place in self._book.forget(self._t, state.fusion.heard.alive, state.fusion.heard.other):
+            state.fusion.clear(place)
         self._identify(ownship)
         return self._tracks(t), tuple(events)
 
-    def _is_radar(self, scan: Scan, events: list[str]) -> bool:
-        if scan.kind != "radar":
+    def _is_usable(self, scan: Scan, events: list[str]) -> bool:
+        if scan.kind != "adsb" and scan.kind not in RADAR_KINDS:
             self._counters["scan of another kind"] += 1
             return False
-        fault = scan_fault(scan)
+        fault = report_scan_fault(scan) if scan.kind == "adsb" else scan_fault(scan)
         if fault is not None:
             self._reject(scan, fault, events)
         return fault is None
@@ -178,36 +170,74 @@ class MultiTargetTracker:
         if not log.moves_to(scan.t, scan.sensor_position, c.sensor_speed_max_mps):
             self._reject(scan, "sensor jumped", events)
             return
-        prepared = ready(scan, log, c)
-        if prepared.t >= state.t:
-            self._history.before(state, prepared)
-            state.take_in(prepared)
-            self._tell(events)
-        elif self._history.insert(state, prepared, lambda s: self._again(s, events)):
-            self._counters["scan late, put in order"] += 1
-        else:
+        if not self._use(ready(scan, log, c), "scan", events):
             self._reject(scan, "scan too late", events)
 
-    def _again(self, scan: ReadyScan, events: list[str]) -> None:
-        self._state.take_in(scan)
+    def _hear(self, reports: ReadyReports, events: list[str]) -> None:
+        self._state.fusion.reserve(len(self._book.addresses))
+        if not self._use(reports, "reports", events):
+            # Too late for that: the kernels take them from here back to their time.
+            self._counters["reports late"] += 1
+            self._use(dataclasses.replace(reports, t=self._state.t), "reports", events)
+
+    def _use(self, item: Item, name: str, events: list[str]) -> bool:
+        """Take in a scan or reports in order, late ones by going back; return False where that is not possible."""
+        state = self._state
+        if item.t >= state.t:
+            self._history.before(state, item)
+            self._process(item, events)
+            return True
+        if item.t < state.t - self._config.late_max_s:
+            return False
+        if self._history.insert(state, item, lambda each: self._process(each, events)):
+            self._counters[f"{name} late, put in order"] += 1
+            return True
+        return False
+
+    def _process(self, item: Item, events: list[str]) -> None:
+        if isinstance(item, ReadyReports):
+            users, outcome = self._state.hear(item)
+            for place, info in zip(users.tolist(), item.infos, strict=True):
+                self._book.infos[place] = info
+            for row in set(item.rows[outcome == SECOND_USER].tolist()):
+                self._make_second_place(row)
+        else:
+            self._state.take_in(item)
         self._tell(events)
+
+    def _make_second_place(self, row: int) -> None:
+        """Make a place for the second aircraft that uses an address."""
+        fusion = self._state.fusion
+        place = self._book.place(f"{self._book.addresses[row]}#2", self._t)
+        if place is not None and fusion.heard.other[row] < 0:
+            fusion.reserve(len(self._book.addresses))
+            fusion.heard.other[row] = place
+            fusion.heard.bias[place] = fusion.heard.bias[row]
+            self._book.infos[place] = self._book.infos[row]
 
     def _tell(self, events: list[str]) -> None:
         """Put the kernels' events into words, each once even if scans are run again."""
-        s = self._state.scratch
+        s, fusion = self._state.scratch, self._state.fusion
         for code, identity in s.events[: s.event_count[0]].tolist():
             if (code, identity) not in self._told:
                 self._told.add((code, identity))
-                events.append(_EVENTS[code].format(identity))
+                events.append(EVENTS[code].format(identity))
             if code not in (CONFIRMED_NOW,):
                 self._told.discard((CONFIRMED_NOW, identity))
         s.event_count[0] = 0
+        for code, track, place, other in fusion.events[: fusion.event_count[0]].tolist():
+            if (code, track, place, other) not in self._told:
+                # What is taken back may be told again.
+                self._told = {key for key in self._told if key[1:3] != (track, place)}
+                self._told.add((code, track, place, other))
+                events.append(REPORT_EVENTS[code].format(track=track, other=other, name=self._book.name(place)))
+        fusion.event_count[0] = 0
         if len(self._told) > 1000:
             oldest = int(self._state.bank.size[1]) - 500
-            self._told = {(code, identity) for code, identity in self._told if identity >= oldest}
+            self._told = {key for key in self._told if key[1] >= oldest}
 
     def _identify(self, ownship: Ownship | None) -> None:
-        now = self._state.t
+        now = float(self._state.bank.t[0])
         dt = now - self._t_own
         if not dt > 0.0:
             return
@@ -222,22 +252,33 @@ class MultiTargetTracker:
     def _tracks(self, t: float) -> tuple[Track, ...]:
         state = self._state
         n = int(state.bank.size[0])
-        if n == 0:
-            return ()
-        bank = copied_bank(state.bank, n)
-        if t > state.t:
-            predict_tracks(bank, t, state.motion, state.scratch.motion)
-        x, p = np.empty((n, 9)), np.empty((n, 9, 9))
-        report_tracks(bank, state.motion, x, p, state.scratch)
-        names = list(self._logs)
-        return tuple(self._track(bank, i, t, x[i], p[i], names) for i in np.argsort(bank.identity).tolist())
+        numbered: list[tuple[int, Track]] = []
+        if n:
+            bank = copied_bank(state.bank, n)
+            if t > state.bank.t[0]:
+                predict_tracks(bank, t, state.motion, state.scratch.motion)
+            x, p = np.empty((n, 9)), np.empty((n, 9, 9))
+            report_tracks(bank, state.motion, x, p, state.scratch)
+            names = list(self._logs)
+            for i in range(n):
+                numbered.append((int(bank.identity[i]), self._track(bank, i, t, x[i], p[i], names)))
+        numbered.extend(self._heard_tracks(t))
+        return tuple(track for _, track in sorted(numbered, key=lambda pair: pair[0]))
 
     def _track(self, bank: Bank, i: int, t: float, x: FloatArray, p: FloatArray, names: list[str]) -> Track:
+        c, heard = self._config, self._state.fusion.heard
+        place = int(bank.address[i])
+        coasting = bank.inside[i] == 0 or t - bank.updated[i] > c.coast_after_s
+        updated, existence = float(bank.updated[i]), float(bank.existence[i])
+        sources = tuple(name for k, name in enumerate(names) if int(bank.fed[i]) >> min(k, 62) & 1)
+        info = SourceInfo()
+        if place >= 0:
+            coasting = coasting and t - heard.heard[place] > c.reports.coast_after_s
+            updated = max(updated, float(heard.heard[place]))
+            sources, info = (*sources, *self._receivers(place)), self._book.infos[place]
         status = TrackStatus.TENTATIVE
         if bank.status[i] == CONFIRMED:
-            coasting = bank.inside[i] == 0 or t - bank.updated[i] > self._config.coast_after_s
             status = TrackStatus.COASTING if coasting else TrackStatus.CONFIRMED
-        fed = int(bank.fed[i])
         return Track(
             id=str(int(bank.identity[i])),
             t=max(t, float(bank.t[0])),
@@ -246,8 +287,45 @@ class MultiTargetTracker:
             acceleration=x[6:],
             covariance=p,
             status=status,
-            t_last_update=float(bank.updated[i]),
-            existence=float(bank.existence[i]),
+            t_last_update=updated,
+            existence=existence,
             is_ownship=bool(bank.own[i, FLAG] != 0.0),
-            sources=tuple(name for k, name in enumerate(names) if fed >> min(k, 62) & 1),
+            sources=sources,
+            info=info,
         )
+
+    def _receivers(self, place: int) -> tuple[str, ...]:
+        fed = int(self._state.fusion.heard.fed[place])
+        return tuple(name for k, name in enumerate(self._book.sensors) if fed >> min(k, 62) & 1)
+
+    def _heard_tracks(self, t: float) -> list[tuple[int, Track]]:
+        """Return the tracks that only reports feed, with their numbers."""
+        state, c = self._state, self._config
+        fusion, heard = state.fusion, state.fusion.heard
+        places = fusion.alone(state.bank)
+        x, p = fusion.estimates(places, t, state.scratch)
+        tracks = []
+        for k, place in enumerate(places.tolist()):
+            number, last = int(heard.number[place]), float(heard.heard[place])
+            status = TrackStatus.TENTATIVE
+            if heard.status[place] == CONFIRMED:
+                status = TrackStatus.COASTING if t - last > c.reports.coast_after_s else TrackStatus.CONFIRMED
+            track = Track(
+                id=str(number),
+                t=max(t, float(heard.t[place])),
+                position=x[k, :3],
+                velocity=x[k, 3:6],
+                acceleration=x[k, 6:],
+                covariance=p[k],
+                status=status,
+                t_last_update=last,
+                existence=min(c.existence_max, float(heard.reports[place]) / c.reports.confirm_positions),
+                sources=self._receivers(place),
+                info=self._book.infos[place],
+            )
+            tracks.append((number, track))
+        return tracks
+
+
+def _order(item: Scan | ReadyReports) -> tuple[float, str]:
+    return item.t, item.sensor if isinstance(item, Scan) else ""

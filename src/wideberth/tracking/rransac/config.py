@@ -166,6 +166,11 @@ class RransacConfig(PartConfig):
         preset = given.get("preset", cls.model_fields["preset"].default)
         return {**cls.presets.get(preset, {}), **given} if isinstance(preset, str) else given
 
+    @property
+    def hears(self) -> frozenset[str]:
+        """Which kinds of scan can be taken: a line array says where an aircraft is only with a known altitude."""
+        return frozenset({"radar", "radar_cone"} if self.dimensions == 2 else {"radar"})
+
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.end_ratio > self.begin_ratio:

@@ -100,8 +100,9 @@ class RransacTracker:
         t : float
             Time, s.
         scans : sequence of Scan
-            Those of kind ``"radar"`` are used, each as one scan of the algorithm. The radar units of one array should
-            be put together to one scan: with several, a track outside a unit's view counts as missed by it.
+            Those of kind ``"radar"`` and ``"radar_cone"`` are used, each as one scan of the algorithm. The radar units
+            of one array should be put together to one scan: with several, a track outside a unit's view counts as
+            missed by it. The second kind says, as the setting `azimuth` does, what the azimuth is.
         ownship : Ownship, optional
             Telemetry, to tell the ownship's track among those of a ground radar.
 
@@ -124,7 +125,7 @@ class RransacTracker:
         if ownship is not None:
             own = np.concatenate([ownship.position, ownship.velocity])
         for scan in scans:
-            if scan.kind != "radar":
+            if scan.kind not in ("radar", "radar_cone"):
                 self._strange_scans += 1
                 continue
             self._take(scan, own)
@@ -146,8 +147,9 @@ class RransacTracker:
         # Another sensor may look at the same time; the same sensor may not.
         again = self._heard.get(scan.sensor, math.nan) != scan.t
         self._heard[scan.sensor] = scan.t
+        cone = self._settings.cone_azimuth or scan.kind == "radar_cone"
         step_scan(
-            self._settings,
+            self._settings._replace(cone_azimuth=cone),
             self._window,
             self._tracks,
             self._clock,

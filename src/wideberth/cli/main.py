@@ -25,6 +25,9 @@ COMMANDS = (
     "warmup",
 )
 
+# Each is a module of this package with its own `app` of subcommands.
+GROUPS = ("radar",)
+
 app = typer.Typer(
     name="wideberth",
     help="Detect and avoid for small drones, from raw sensor data to the waypoints an autopilot flies.",
@@ -54,6 +57,10 @@ def _options(
 
 for _name in COMMANDS:
     app.command(_name)(guarded(getattr(importlib.import_module(f"wideberth.cli.{_name}"), _name)))
+
+
+for _name in GROUPS:
+    app.add_typer(importlib.import_module(f"wideberth.cli.{_name}").app, name=_name)
 
 
 def main() -> None:

@@ -2,7 +2,10 @@
 
 In the file positions and velocities are north, east, *up*; here they are north, east, down. Azimuth is
 ``atan2(east, north)`` and elevation ``asin(up / range)`` in the frame of the radar: the local frame for a radar on the
-ground, the body frame for one that an aircraft carries (arrays ``own_pos``, ``own_vel``, ``own_att``).
+ground, the body frame for one that an aircraft carries (arrays ``own_pos``, ``own_vel``, ``own_att``). A radar on the
+ground may also stand elsewhere and look anywhere (``radar_pos``: north, east, up, m; ``radar_att``: roll, pitch, yaw,
+rad), with angles in its own axes, and give range rates (``meas_range_rate``, m/s, NaN where it does not, with the
+standard deviation ``sigma_range_rate``).
 """
 
 import math
@@ -200,9 +203,13 @@ class _Reader:
             # Stands in for telemetry, which only says which track is the ownship's.
             own = truth.ownship
             ownship = np.concatenate([truth.position[:, own], truth.velocity[:, own]], axis=1)
+        if not onboard and ("radar_pos" in self._arrays or "radar_att" in self._arrays):
+            position = np.tile(self._numbers("radar_pos", (3,)) * _NEU_NED, (n_scans, 1))
+            attitude = np.tile(_rotation(self._numbers("radar_att", (3,))[None]), (n_scans, 1, 1))
         sigma = self._numbers("sigma", (3,))
         if np.any(sigma <= 0):
             raise InputError(f"{self._name}: sigma must be positive, got {sigma.tolist()}")
+        rate_sigma = self._positive("sigma_range_rate") if "sigma_range_rate" in self._arrays else math.nan
         p_d = float(self._numbers("p_d", ()))
         if not 0.0 < p_d <= 1.0:
             raise InputError(f"{self._name}: p_d must be more than 0 and at most 1, got {p_d:g}")
@@ -214,7 +221,7 @@ class _Reader:
             t=t,
             sensor_position=position,
             sensor_attitude=attitude,
-            sigma=np.append(sigma, np.nan),
+            sigma=np.append(sigma, rate_sigma),
             detection_probability=p_d,
             range_max=self._positive("r_max"),
             field_of_view=self._field_of_view(field_of_view, onboard),
@@ -244,6 +251,8 @@ class _Reader:
         z = np.full((rows, 4), np.nan)
         for column, name in enumerate(("meas_range", "meas_az", "meas_el")):
             z[:, column] = self._numbers(name, (rows,), finite=False)
+        if "meas_range_rate" in self._arrays:
+            z[:, 3] = self._numbers("meas_range_rate", (rows,), finite=False)
         z[~(np.abs(when - t[scan]) <= 0.5 * dt)] = np.nan
         return seed[order], scan[order], z[order]
 

@@ -81,3 +81,20 @@ class RawLayoutConfig(PartConfig):
             said = "there is no usual order for that" if self.axes is None else f"axes names {len(self.axes)}"
             raise ValueError(f"the array has {dimensions} dimensions, {said}: give axes in [layout]")
         return axes
+
+
+class PoseConfig(PartConfig):
+    """Where a radar stands; its boresight is in the radar's own settings.
+
+    Attributes
+    ----------
+    north_m, east_m, altitude_m : float
+        From the origin of the local frame.
+    roll_deg : float
+        About its boresight, the right side down.
+    """
+
+    north_m: float = 0.0
+    east_m: float = 0.0
+    altitude_m: float = 0.0
+    roll_deg: Annotated[float, Field(ge=-360.0, le=360.0)] = 0.0

@@ -1,0 +1,173 @@
+"""`wideberth radar`: raw samples of an FMCW phased-array radar, from a file to plots."""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from wideberth.cli.errors import guarded
+from wideberth.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from wideberth.evaluation.radar_run import RadarRun
+    from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
+    from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics
+
+app = typer.Typer(
+    name="radar",
+    help="Raw samples of an FMCW phased-array radar: simulate them, and process recorded or simulated ones to plots.",
+    no_args_is_help=True,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+_FILE = Annotated[Path, typer.Argument(help="Raw samples, .npy or .npz.", show_default=False)]
+_RADAR = Annotated[
+    str, typer.Option(help="The radar: table_5_1, uplooking_4x4, onboard_unit, or a TOML file.", show_default=False)
+]
+_NOISE = Annotated[
+    Path | None, typer.Option(help="Noise statistics, made by `wideberth radar noise`; without it the link budget's.")
+]
+_CALIBRATION = Annotated[Path | None, typer.Option(help="Calibration of the channels (NPZ).")]
+
+
+def process(
+    file: _FILE,
+    radar: _RADAR,
+    noise: _NOISE = None,
+    calibration: _CALIBRATION = None,
+    out: Annotated[
+        Path, typer.Option(help="Parquet file for the plots; or .npz, as `wideberth track` reads it.")
+    ] = Path("plots.parquet"),
+) -> None:
+    """Turn raw samples into plots with range, direction, range rate and their variances."""
+    if out.suffix not in (".parquet", ".npz"):
+        raise InputError(f"--out {out}: end it in .parquet or .npz")
+    if not out.parent.is_dir():
+        raise InputError(f"folder '{out.parent}' does not exist: create it, or give another --out")
+    from rich.console import Console
+
+    from wideberth.evaluation.radar_run import process_recording, write_plot_file, write_plot_table
+    from wideberth.evaluation.radar_setup import load_radar
+    from wideberth.sensors.radar.raw.recording import RawRecording
+
+    setup = load_radar(radar)
+    recording = RawRecording(file, setup.radar, setup.layout)
+    with _bar("frames") as progress:
+        run = process_recording(
+            setup, recording, _noise(noise), calibration=_calibrated(calibration), progress=progress
+        )
+    if out.suffix == ".npz":
+        write_plot_file(out, setup, run)
+    else:
+        write_plot_table(out, run)
+    console = Console(highlight=False)
+    console.print(_table(file.name, run))
+    console.print(f"plots: {out}", markup=False, soft_wrap=True)
+
+
+def noise(
+    file: _FILE,
+    radar: _RADAR,
+    out: Annotated[Path, typer.Option(help="NPZ file for the noise statistics.")] = Path("noise.npz"),
+) -> None:
+    """Measure a radar's noise in each channel and range bin, from raw samples without targets."""
+    if not out.parent.is_dir():
+        raise InputError(f"folder '{out.parent}' does not exist: create it, or give another --out")
+    from wideberth.evaluation.radar_run import noise_of_recording
+    from wideberth.evaluation.radar_setup import load_radar
+    from wideberth.sensors.radar.link_budget import noise_power
+    from wideberth.sensors.radar.raw.recording import RawRecording
+
+    setup = load_radar(radar)
+    statistics = noise_of_recording(setup, RawRecording(file, setup.radar, setup.layout))
+    statistics.save(out)
+    import numpy as np
+
+    from wideberth.sensors.radar.processing.averaging import window_noise_gain
+
+    expected = noise_power(setup.radar) * window_noise_gain(setup.radar.processing.window)
+    level = 10.0 * np.log10(np.maximum(np.median(statistics.power, axis=1), 1e-300) / expected)
+    words = ", ".join(f"{value:+.2f}" for value in level)
+    typer.echo(f"{statistics.samples:.0f} sweeps of {setup.radar.channels} channels: {out}")
+    typer.echo(f"noise of the channels over the link budget's, dB: {words}")
+
+
+def show(
+    file: _FILE,
+    radar: _RADAR,
+    noise: _NOISE = None,
+    calibration: _CALIBRATION = None,
+    out: Annotated[Path, typer.Option(help="Folder for report.html and its pictures.")] = Path("out/radar"),
+) -> None:
+    """Draw what each step of the processing makes of raw samples: powers, thresholds, detections, spectra."""
+    if out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file: give a folder")
+    from wideberth.evaluation.radar_report import Watched, write_radar_report
+    from wideberth.evaluation.radar_run import process_recording
+    from wideberth.evaluation.radar_setup import load_radar
+    from wideberth.sensors.radar.raw.recording import RawRecording
+
+    setup = load_radar(radar)
+    recording = RawRecording(file, setup.radar, setup.layout)
+    watched = Watched()
+    with _bar("frames") as progress:
+        run = process_recording(
+            setup,
+            recording,
+            _noise(noise),
+            calibration=_calibrated(calibration),
+            progress=progress,
+            watch=watched,
+        )
+    page = write_radar_report(out, setup, recording, run, watched)
+    from rich.console import Console
+
+    console = Console(highlight=False)
+    console.print(_table(file.name, run))
+    console.print(f"report: {page}", markup=False, soft_wrap=True)
+
+
+for _command in (process, noise, show):
+    app.command(_command.__name__)(guarded(_command))
+
+
+def _noise(path: Path | None) -> "NoiseStatistics | None":
+    from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics
+
+    return None if path is None else NoiseStatistics.load(path)
+
+
+def _calibrated(path: Path | None) -> "ArrayCalibration | None":
+    from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
+
+    return None if path is None else ArrayCalibration.load(path)
+
+
+@contextmanager
+def _bar(what: str) -> Iterator[Callable[[int, int], None]]:
+    from rich.console import Console
+    from rich.progress import Progress
+
+    with Progress(console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task(what, total=None)
+        yield lambda done, total: bar.update(task, completed=done, total=total)
+
+
+def _table(name: str, run: "RadarRun") -> "Table":
+    from rich.table import Table
+
+    table = Table(title=name, title_justify="left")
+    table.add_column("what")
+    table.add_column("count", justify="right")
+    table.add_row("frames", f"{run.frames:,}")
+    table.add_row("frames used", f"{len(run.scans):,}")
+    table.add_row("plots", f"{run.plots:,}")
+    for cause, count in sorted(run.rejects.items()):
+        table.add_row(cause.replace("_", " "), f"{count:,}")
+    if run.left_over:
+        table.add_row("sweeps at the end that fill no frame", f"{run.left_over:,}")
+    return table

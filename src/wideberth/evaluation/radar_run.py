@@ -1,0 +1,213 @@
+"""A file of raw samples through a radar's processing, and the plots in a table and in the form that trackers read."""
+
+import math
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from wideberth.errors import InputError
+from wideberth.evaluation.radar_setup import RadarSetup
+from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
+from wideberth.sensors.radar.processing.frame import Processed
+from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics, noise_statistics
+from wideberth.sensors.radar.processing.radar_processor import RadarProcessor
+from wideberth.sensors.radar.raw.recording import RawRecording
+from wideberth.types import FloatArray, Scan
+
+_COLUMNS = ("range_m", "azimuth_rad", "elevation_rad", "range_rate_mps")
+_SPREAD_COLUMNS = ("range_variance_m2", "azimuth_variance_rad2", "elevation_variance_rad2", "range_rate_variance_m2ps2")
+
+
+@dataclass(frozen=True, slots=True)
+class RadarRun:
+    """What came of a file.
+
+    Attributes
+    ----------
+    scans : list of Scan
+        Of the frames that could be used, in order.
+    snr_db : list of ndarray
+        Of each scan's plots.
+    frames : int
+        In the file.
+    left_over : int
+        Sweeps at the file's end that fill no frame.
+    rejects : mapping of str to int
+        What was left out, by cause.
+    """
+
+    scans: list[Scan]
+    snr_db: list[FloatArray]
+    frames: int
+    left_over: int
+    rejects: Mapping[str, int]
+
+    @property
+    def plots(self) -> int:
+        """How many plots there are."""
+        return sum(len(scan.z) for scan in self.scans)
+
+
+def process_recording(
+    setup: RadarSetup,
+    recording: RawRecording,
+    noise: NoiseStatistics | None,
+    *,
+    calibration: ArrayCalibration | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    watch: Callable[[float, Processed], None] = lambda t, processed: None,
+) -> RadarRun:
+    """Process all frames of a file.
+
+    Parameters
+    ----------
+    setup : RadarSetup
+    recording : RawRecording
+    noise : NoiseStatistics or None
+        None: the link budget's. One that is later than the samples, made after them or by another clock, counts as made
+        when they begin.
+    calibration : ArrayCalibration or None
+    progress : callable
+        Told how many frames are done, of how many.
+    watch : callable
+        Told the time and the steps of each frame that was used.
+
+    Raises
+    ------
+    InputError
+        If the noise is of another radar.
+    """
+    start = recording.frame(0).middle(setup.radar)
+    if noise is not None and noise.level_time > start:
+        noise = replace(noise, created=min(noise.created, start), level_time=start)
+    try:
+        processor = RadarProcessor(
+            setup.radar,
+            noise,
+            sensor=setup.name,
+            position=setup.position,
+            attitude=setup.attitude,
+            calibration=calibration,
+        )
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    scans, snr = [], []
+    for k, frame in enumerate(recording.frames(), start=1):
+        scan = processor.step(frame.middle(setup.radar), frame.samples)
+        if scan is not None:
+            assert processor.last is not None
+            scans.append(scan)
+            snr.append(processor.last.estimates.snr_db[processor.last.kept])
+            watch(scan.t, processor.last)
+        progress(k, recording.n_frames)
+    return RadarRun(scans, snr, recording.n_frames, recording.n_left_over, Counter(processor.rejects))
+
+
+def noise_of_recording(setup: RadarSetup, recording: RawRecording) -> NoiseStatistics:
+    """Return the noise statistics of a file without targets.
+
+    Raises
+    ------
+    InputError
+        If no frame of it can be used.
+    """
+    last = recording.frame(recording.n_frames - 1)
+    try:
+        return noise_statistics(setup.radar, (frame.samples for frame in recording.frames()), last.middle(setup.radar))
+    except ValueError as error:
+        raise InputError(str(error)) from None
+
+
+def write_plot_table(path: Path, run: RadarRun) -> None:
+    """Write one row for each plot as Parquet: scan, time, sensor, the four elements with their variances, SNR.
+
+    Angles are in the array's axes. NaN where an element is not measured.
+
+    Parameters
+    ----------
+    path : Path
+    run : RadarRun
+    """
+    z = np.concatenate([np.empty((0, 4)), *(scan.z for scan in run.scans)])
+    variance = [np.diagonal(scan.R, axis1=1, axis2=2) for scan in run.scans]
+    spread = np.concatenate([np.empty((0, 4)), *variance])
+    numbers = [len(scan.z) for scan in run.scans]
+    columns = {
+        "scan": np.repeat(np.arange(len(run.scans)), numbers),
+        "time_s": np.repeat([scan.t for scan in run.scans], numbers),
+        "sensor": np.repeat([scan.sensor for scan in run.scans], numbers).astype(str),
+        "kind": np.repeat([scan.kind for scan in run.scans], numbers).astype(str),
+        **{name: z[:, k] for k, name in enumerate(_COLUMNS)},
+        **{name: spread[:, k] for k, name in enumerate(_SPREAD_COLUMNS)},
+        "snr_db": np.concatenate([np.empty(0), *run.snr_db]),
+    }
+    pq.write_table(pa.table(columns), path)
+
+
+def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun) -> None:
+    """Write the plots as the NPZ that `wideberth track` reads, in the array's axes with the array's pose.
+
+    Parameters
+    ----------
+    path : Path
+    setup : RadarSetup
+    run : RadarRun
+
+    Raises
+    ------
+    InputError
+        If there is no scan, or the radar does not measure both angles.
+    """
+    if not run.scans:
+        raise InputError("no frame could be used: there are no scans for a tracker")
+    if run.scans[0].kind != "radar":
+        raise InputError("an array of one row or column measures one angle: a plot file for trackers needs both")
+    rows = np.concatenate([np.empty((0, 4)), *(scan.z for scan in run.scans)])
+    variance = np.concatenate([np.empty((0, 4)), *(np.diagonal(scan.R, axis1=1, axis2=2) for scan in run.scans)])
+    number = np.repeat(np.arange(len(run.scans)), [len(scan.z) for scan in run.scans])
+    t = np.array([scan.t for scan in run.scans])
+    steps = np.diff(t)
+    dt = float(np.median(steps)) if len(steps) else setup.radar.update_interval_s
+    detection = run.scans[0].detection
+    assert detection is not None
+    place = setup.position * [1.0, 1.0, -1.0]
+    rates = variance[np.isfinite(rows[:, 3]), 3]
+    measured: dict[str, Any] = {"sigma_range_rate": np.sqrt(np.median(rates))} if len(rates) else {}
+    with path.open("wb") as file:
+        np.savez_compressed(
+            file,
+            meas_seed=np.zeros(len(rows), np.int64),
+            meas_scan=number,
+            meas_time=t[number],
+            meas_range=rows[:, 0],
+            meas_az=rows[:, 1],
+            meas_el=rows[:, 2],
+            meas_range_rate=rows[:, 3],
+            time=t,
+            dt=dt,
+            sigma=_typical(variance[:, :3]),
+            p_d=min(0.999, max(0.05, float(np.mean(detection.probabilities)))),
+            r_max=setup.radar.range_limit,
+            radar_pos=place,
+            radar_att=setup.angles,
+            field_of_view=_field_of_view(run.scans[0]),
+            **measured,
+        )
+
+
+def _typical(variance: FloatArray) -> FloatArray:
+    """Return the standard deviations that a plot of middling strength has."""
+    if not len(variance):
+        return np.array([0.4, math.radians(1.0), math.radians(1.0)])
+    return np.sqrt(np.median(variance, axis=0))
+
+
+def _field_of_view(scan: Scan) -> FloatArray:
+    azimuth, elevation = scan.field_of_view
+    return np.array([min(azimuth, math.pi), min(elevation, math.pi / 2)])

@@ -1,0 +1,229 @@
+"""Digital beamforming: power over direction from the channels' covariance, conventional (thesis 4.5) and MVDR.
+
+Directions are given as direction cosines, right and down: a plane array's beams have the same shape over these at all
+angles. A spectrum is a trigonometric polynomial whose coefficients are sums of the matrix over pairs of elements that
+are equally far apart, which makes it cheap on a grid.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth.argument_checks import NOT_NEGATIVE, FloatArray, checked
+from wideberth.sensors.radar.array import element_positions
+from wideberth.sensors.radar.config import RadarConfig
+
+ComplexArray = NDArray[np.complex128]
+
+_POINTS_A_BEAM = 8
+
+
+@dataclass(frozen=True, slots=True)
+class DirectionGrid:
+    """Direction cosines on which spectra are had.
+
+    Attributes
+    ----------
+    right, down : ndarray, shape (n,) and (m,)
+        A single 0 where the array has no extent.
+    seen : ndarray of bool, shape (m, n)
+        Where the cosines are those of a direction.
+    """
+
+    right: FloatArray
+    down: FloatArray
+    seen: NDArray[np.bool_]
+
+
+@lru_cache(maxsize=16)
+def direction_grid(config: RadarConfig) -> DirectionGrid:
+    """Return the grid of a radar: an eighth of a beam apart.
+
+    With elements up to half a wavelength apart it holds all directions ahead; farther apart, where beams repeat, those
+    in the field of view.
+    """
+    wide = config.element_spacing_wavelengths > 0.5
+    axes = []
+    for elements, field_of_view in (
+        (config.array_columns, config.azimuth_fov_deg),
+        (config.array_rows, config.elevation_fov_deg),
+    ):
+        limit = np.sin(np.radians(min(0.5 * field_of_view, 90.0))) if wide else 1.0
+        steps = int(np.ceil(limit * elements * config.element_spacing_wavelengths * _POINTS_A_BEAM))
+        axes.append(np.linspace(-limit, limit, 2 * steps + 1) if elements > 1 else np.zeros(1))
+    right, down = axes
+    return DirectionGrid(right, down, np.add.outer(down**2, right**2) <= 1.0)
+
+
+@lru_cache(maxsize=16)
+def _lags(config: RadarConfig) -> tuple[NDArray[np.intp], ComplexArray, ComplexArray]:
+    """Return the number of each pair's lag, and the phases of lags along rows and columns on the grid."""
+    rows, columns = config.array_rows, config.array_columns
+    row, column = np.divmod(np.arange(config.channels), columns)
+    lag = (row[:, None] - row + rows - 1) * (2 * columns - 1) + (column[:, None] - column + columns - 1)
+    grid, turn = direction_grid(config), 2j * np.pi * config.element_spacing_wavelengths
+    down = np.exp(turn * np.outer(grid.down, np.arange(1 - rows, rows)))
+    right = np.exp(turn * np.outer(np.arange(1 - columns, columns), grid.right))
+    return lag.ravel(), down, right
+
+
+def quadratic_spectrum(config: RadarConfig, matrix: ComplexArray) -> FloatArray:
+    """Return a^H Q a over the grid for a Hermitian matrix Q and steering vectors a.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    matrix : ndarray of complex, shape (channels, channels)
+
+    Returns
+    -------
+    ndarray, shape (down, right) of `direction_grid`
+
+    Raises
+    ------
+    ValueError
+        If the shape is another.
+    """
+    if matrix.shape != (config.channels, config.channels):
+        raise ValueError(f"matrix must have the shape ({config.channels}, {config.channels}), got {matrix.shape}")
+    lag, down, right = _lags(config)
+    n = (2 * config.array_rows - 1) * (2 * config.array_columns - 1)
+    flat = matrix.ravel()
+    sums = np.bincount(lag, flat.real, n) + 1j * np.bincount(lag, flat.imag, n)
+    return np.asarray((down @ sums.reshape(2 * config.array_rows - 1, -1) @ right).real)
+
+
+def conventional_spectrum(
+    config: RadarConfig, covariance: ComplexArray, response: ComplexArray | None = None
+) -> FloatArray:
+    """Return the power w^H R w of beams with weights of unit length matched to each direction (4.5).
+
+    Parameters
+    ----------
+    config : RadarConfig
+    covariance : ndarray of complex, shape (channels, channels)
+        The averaged correlation matrix R.
+    response : ndarray of complex, shape (channels, channels), optional
+        Of the channels, `calibration.ArrayCalibration`; without it they are equal and do not couple.
+
+    Returns
+    -------
+    ndarray, shape (down, right) of `direction_grid`
+        Noise alone has its power in one channel.
+    """
+    if response is None:
+        return quadratic_spectrum(config, covariance) / config.channels
+    turned = response.conj().T
+    norm = quadratic_spectrum(config, turned @ response)
+    return quadratic_spectrum(config, turned @ covariance @ response) / norm
+
+
+def beam_powers(config: RadarConfig, amplitudes: ComplexArray) -> FloatArray:
+    """Return |a^H h|^2 over the grid for the channels' amplitudes h of one echo and steering vectors a.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    amplitudes : ndarray of complex, shape (channels,)
+
+    Returns
+    -------
+    ndarray, shape (down, right) of `direction_grid`
+    """
+    # Lag 0 is in the middle of the phases of lags; those of elements are the lags from 0 on.
+    _, down, right = _lags(config)
+    h = amplitudes.reshape(config.array_rows, config.array_columns)
+    beams = down[:, config.array_rows - 1 :] @ h @ right[config.array_columns - 1 :]
+    return np.asarray(beams.real**2 + beams.imag**2)
+
+
+def mvdr_spectrum(
+    config: RadarConfig,
+    covariance: ComplexArray,
+    response: ComplexArray | None = None,
+    *,
+    loading: float = 0.0,
+) -> FloatArray:
+    """Return the power of beams that hold each direction at gain one and let least of all else through (Capon).
+
+    Parameters
+    ----------
+    config : RadarConfig
+    covariance, response
+        As for `conventional_spectrum`.
+    loading : float
+        Power added to the diagonal: the beams stay steady with few samples and small errors of the response.
+
+    Returns
+    -------
+    ndarray, shape (down, right) of `direction_grid`
+        1 / (a^H R^-1 a): an echo has its power in one channel, noise alone this over the number of channels.
+
+    Raises
+    ------
+    ValueError
+        If the loaded covariance is singular (load it more), or the loading negative.
+    """
+    loaded = covariance + float(checked("loading", loading, NOT_NEGATIVE)) * np.eye(len(covariance))
+    try:
+        inverse = np.linalg.inv(loaded)
+    except np.linalg.LinAlgError as error:
+        raise ValueError("the covariance is singular: average more samples, or give it some loading") from error
+    if response is not None:
+        inverse = np.asarray(response.conj().T @ inverse @ response, dtype=np.complex128)
+    quadratic = quadratic_spectrum(config, np.asarray(inverse, dtype=np.complex128))
+    return 1.0 / np.maximum(quadratic, np.finfo(np.float64).tiny)
+
+
+def forward_backward(covariance: ComplexArray) -> ComplexArray:
+    """Return the mean of a covariance and of that of the array turned end to end.
+
+    Two echoes that keep their phases to each other look like one wave from neither direction; turned around, the phase
+    between them is another, and in the mean they are two again, unless that phase is 0 or half a turn. For channels
+    that are equal and do not couple (`ArrayCalibration.apply` makes them so).
+
+    Parameters
+    ----------
+    covariance : ndarray of complex, shape (channels, channels)
+
+    Returns
+    -------
+    ndarray, of the same shape
+    """
+    return 0.5 * (covariance + covariance[::-1, ::-1].conj())
+
+
+def spectrum_peaks(config: RadarConfig, spectrum: FloatArray, least: float) -> FloatArray:
+    """Return where a spectrum is greater than all around it and than `least`, highest first.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    spectrum : ndarray, shape (down, right) of `direction_grid`
+    least : float
+
+    Returns
+    -------
+    ndarray, shape (peaks, 2)
+        Direction cosines, right and down.
+    """
+    grid = direction_grid(config)
+    inside = np.where(grid.seen, spectrum, -np.inf)
+    padded = np.pad(inside, 1, constant_values=-np.inf)
+    around = [
+        padded[1 + i : 1 + i + inside.shape[0], 1 + j : 1 + j + inside.shape[1]]
+        for i in (-1, 0, 1)
+        for j in (-1, 0, 1)
+        if (i, j) != (0, 0)
+    ]
+    down, right = np.nonzero((inside > np.max(around, axis=0)) & (inside >= least))
+    order = np.argsort(-inside[down, right])
+    return np.stack([grid.right[right[order]], grid.down[down[order]]], axis=1)
+
+
+@lru_cache(maxsize=16)
+def places_in_wavelengths(config: RadarConfig) -> FloatArray:
+    """Return where the elements stand, right and down in wavelengths, shape (channels, 2)."""
+    return np.ascontiguousarray(element_positions(config)[:, 1:] / config.wavelength)

@@ -1,0 +1,433 @@
+"""From the peaks of a range-compressed frame to plots: range, direction and range rate with their variances.
+
+Each peak's echo is found in the bins around it, less the echoes of stronger peaks already known; those that overlap are
+fitted again in turn, each less all others, which converges to the joint maximum of the likelihood (RELAX). Variances
+are those of the Fisher information at the estimate, joint for echoes that overlap, and wider where the range rate is
+ambiguous or the samples hold more than the model says.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from wideberth.argument_checks import POSITIVE, FloatArray, checked
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.estimation.beamforming import (
+    beam_powers,
+    direction_grid,
+    forward_backward,
+    mvdr_spectrum,
+    places_in_wavelengths,
+    quadratic_spectrum,
+    spectrum_peaks,
+)
+from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
+from wideberth.sensors.radar.estimation.cramer_rao import direction_variances
+from wideberth.sensors.radar.estimation.direction_kernels import DIRECTION, fit_direction
+from wideberth.sensors.radar.estimation.echo_kernels import covariance_along, remove_echo, sums_of_channels
+from wideberth.sensors.radar.estimation.echo_search import (
+    HALF_BINS,
+    EchoFit,
+    acquire,
+    fit_range_rate,
+    sharpen,
+    window_reach,
+)
+from wideberth.sensors.radar.estimation.joint_information import variance_ratios
+from wideberth.sensors.radar.estimation.waveform import bin_phases, frame_waveform
+
+ComplexArray = NDArray[np.complex128]
+
+_PASSES = 25
+_CONVERGED = 0.05
+_ITERATIONS = 20
+_NEAR_BINS = 2 * HALF_BINS + 1
+_MATTERS = 0.1  # energy of another echo in the window, in noise powers
+_CHANCE = 16.0  # log-likelihood that noise reaches among the cells of a window once in ten thousand frames
+_LEFT_OVER = 1e-3  # share of another echo's energy that a faulty model of it may leave
+_SECOND = 0.1  # of an echo's energy, from which more energy in its bin is a second echo
+_LOADING = 0.3  # of the diagonal of MVDR's covariance, in noise powers, with as many samples as channels
+_PEAK = 4.0  # height of MVDR's peaks over noise
+_ALIKE = 2.0  # the noise's root mean square of channels, at most
+_MOST_SHARED = 0.5  # of the misfit that may pull in the direction of a parameter
+_DOUBTFUL = 0.1  # misfit, as a share of the echo's energy, that makes its range rate doubtful
+
+
+@dataclass(frozen=True, slots=True)
+class Estimates:
+    """What a frame's peaks turn out to be, at the middle of the frame.
+
+    Attributes
+    ----------
+    z : ndarray, shape (n, 4)
+        Range m, azimuth rad, elevation rad, range rate m/s (positive opening). NaN where not measured: the range rate
+        where it is ambiguous, and an angle that an array of one row or column does not have. Of one row, azimuth is
+        the angle asin(right / distance) from the plane across the row; of one column, elevation is asin(up / distance).
+    variance : ndarray, shape (n, 4)
+        Of each; infinite for angles not measured, and as wide as what is not known of the range rate. An ambiguous
+        range rate is in the variance of range, too, as one shifts the other.
+    snr_db : ndarray, shape (n,)
+        Of one channel and one sweep, the mean over channels.
+    peak : ndarray of int, shape (n,)
+        Which of the peaks each is from. With the beamformer "mvdr" several may be from one; a peak that stronger
+        echoes explain has none.
+    """
+
+    z: FloatArray
+    variance: FloatArray
+    snr_db: FloatArray
+    peak: NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class _Echo:
+    peak: int
+    bin: int
+    fit: EchoFit
+    direction: FloatArray
+    heard: ComplexArray  # amplitudes of the channels, in the samples' units
+    modelled: ComplexArray  # those of a wave from its direction
+
+
+def estimate_plots(
+    config: RadarConfig,
+    image: NDArray[np.complexfloating],
+    peaks: NDArray[np.integer],
+    noise_power: ArrayLike,
+    calibration: ArrayCalibration | None = None,
+) -> Estimates:
+    """Estimate range, direction and range rate of the echoes in the peaks of a frame.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    image : ndarray of complex, shape (sweeps, channels, range_bins)
+        From `range_compression.range_compress`, rectangular window.
+    peaks : ndarray of int, shape (m,)
+        Bins.
+    noise_power : array_like, shape (channels,) or (channels, range_bins)
+        Mean of the noise's squared magnitude.
+    calibration : ArrayCalibration, optional
+        Without it the channels are taken as equal and not coupled.
+
+    Returns
+    -------
+    Estimates
+
+    Raises
+    ------
+    ValueError
+        If shapes do not fit, a peak is no bin, samples near a peak are not finite, or a noise power not positive.
+    """
+    frame = _Frame(config, image, noise_power, calibration)
+    bins = np.asarray(peaks)
+    if bins.ndim != 1 or (bins.size and not np.issubdtype(bins.dtype, np.integer)):
+        raise ValueError(
+            f"peaks must be whole numbers of bins in one dimension, got {bins.dtype} of shape {bins.shape}"
+        )
+    if bins.size and not (bins.min() >= 0 and bins.max() < config.range_bins):
+        raise ValueError(f"peaks must be bins from 0 to {config.range_bins - 1}, got {bins.min()} to {bins.max()}")
+    height = [frame.power_at(int(b)) for b in bins]
+    echoes: list[_Echo] = []
+    for i in np.argsort(-np.array(height), kind="stable"):
+        echoes += frame.find(int(i), int(bins[i]), echoes)
+    frame.refine(echoes)
+    echoes.sort(key=lambda e: (e.peak, e.fit.distance))
+    return frame.estimates(echoes)
+
+
+class _Frame:
+    """The samples of a frame, and what is done with those around one echo."""
+
+    def __init__(
+        self,
+        config: RadarConfig,
+        image: NDArray[np.complexfloating],
+        noise_power: ArrayLike,
+        calibration: ArrayCalibration | None,
+    ) -> None:
+        shape = (config.channels, config.range_bins)
+        if image.ndim != 3 or image.shape[1:] != shape or not len(image):
+            raise ValueError(f"image must have the shape (sweeps, {shape[0]}, {shape[1]}), got {image.shape}")
+        noise = checked("noise_power", noise_power, POSITIVE)
+        if noise.shape not in (shape, shape[:1]):
+            raise ValueError(f"noise_power must have the shape {shape[:1]} or {shape}, got {noise.shape}")
+        response = ArrayCalibration.ideal(config.channels).response if calibration is None else calibration.response
+        if len(response) != config.channels:
+            raise ValueError(f"the calibration is of {len(response)} channels, the radar has {config.channels}")
+        self.config, self.image, self.noise, self.response = config, image, noise, response
+        self.waveform = frame_waveform(config, len(image))
+        self.phases, self.places = bin_phases(config), places_in_wavelengths(config)
+        self.grid = direction_grid(config)
+        self._wave_energy: FloatArray | None = None
+        self.rate_max = config.processing.range_rate_max_mps
+        self.reach = window_reach(self.waveform, len(image), self.rate_max)
+
+    def power_at(self, b: int) -> float:
+        """Return the mean power in a bin."""
+        return float(np.mean(np.abs(self.image[:, :, b]) ** 2))
+
+    def scale(self, b: int) -> FloatArray:
+        """Return the noise's root mean square of the channels near a bin."""
+        return np.sqrt(self.noise if self.noise.ndim == 1 else self.noise[:, b])
+
+    def window(self, b: int, peak: int, others: list[_Echo]) -> tuple[ComplexArray, int, float]:
+        """Return the samples around a bin, of noise power 1, less other echoes; the first bin; the energy taken out."""
+        first, end = max(b - self.reach, 0), min(b + self.reach + 1, self.config.range_bins)
+        scale = self.scale(b)
+        x = self.image[:, :, first:end] * (self.phases[first:end] / scale[:, None])
+        if not np.isfinite(x).all():
+            raise ValueError(f"the samples around range bin {b} are not finite: leave the frame out")
+        removed = 0.0
+        for e in others:
+            self.remove_mirror(x, first, e, scale)
+            if self.energy_at(e, b) > _MATTERS:
+                # Two echoes of one bin are told apart by direction alone if their range rates agree.
+                channels = (e.modelled if e.peak == peak else e.heard) / scale
+                remove_echo(x, first, self.waveform, e.fit.distance, e.fit.rate, channels)
+                if abs(self.beat(e) - b) <= self.reach:
+                    removed += float(np.vdot(channels, channels).real) * len(x)
+        return x, first, removed
+
+    def remove_mirror(self, x: ComplexArray, first: int, echo: _Echo, scale: FloatArray) -> bool:
+        """Subtract what the negative frequency of an echo's real samples leaves among the positive ones, if it matters.
+
+        Return whether it did.
+        """
+        if self.config.sampling == "complex":
+            return False
+        away = max(self.beat(echo) + first, 1.0)
+        channels = echo.heard.conj() / scale
+        if float(np.vdot(channels, channels).real) * x.shape[0] * x.shape[2] / (np.pi * away) ** 2 < _MATTERS:
+            return False
+        # The conjugate phase is that of the negative distance and rate.
+        remove_echo(x, first, self.waveform, -echo.fit.distance, -echo.fit.rate, channels)
+        return True
+
+    def beat(self, echo: _Echo) -> float:
+        """Return an echo's bin at the middle of the frame."""
+        return float(self.waveform[0] * echo.fit.distance + self.waveform[1] * echo.fit.rate)
+
+    def energy_at(self, echo: _Echo, b: int) -> float:
+        """Return at most how much energy an echo has in the bins used around a bin, in noise powers."""
+        energy = float(np.sum(np.abs(echo.heard / self.scale(b)) ** 2)) * len(self.image)
+        off = abs(self.beat(echo) - b) - self.reach
+        return energy if off < 1.0 else energy * (2 * HALF_BINS + 1) / (np.pi * off) ** 2
+
+    def find(self, peak: int, b: int, known: list[_Echo]) -> list[_Echo]:
+        """Return the echoes in a peak; none where those known explain it."""
+        x, first, removed = self.window(b, peak, known)
+        distance, rate, h = acquire(x, first, self.waveform, b, self.rate_max)
+        if self.config.processing.beamformer == "mvdr":
+            response = self.response / self.scale(b)[:, None]
+            starts = self.mvdr_directions(b, x, first, distance, rate, response)
+            if len(starts) > 1:
+                return self.separated(peak, b, x, first, starts, response)
+        start = self.strongest_direction(h, b)
+        z = self.beam_towards(start, b) @ x
+        distance, rate, _ = sharpen(z, first, self.waveform, b, rate, self.rate_max)
+        echo = self.fitted(peak, b, x, first, z, distance, rate, start)
+        if self.remove_mirror(x, first, echo, self.scale(b)):
+            echo = self.refitted(echo, x, first)
+        if self.config.processing.beamformer == "mvdr":
+            second = self.hidden(echo, x, first)
+            if second is not None:
+                return self.in_turn([echo, second], x, first)
+        explained = removed > 0.0 and echo.fit.likelihood < max(_CHANCE, _LEFT_OVER * removed)
+        return [] if explained else [echo]
+
+    def strongest_direction(self, h: ComplexArray, b: int) -> FloatArray:
+        """Return the direction cosines of the conventional beam of most power."""
+        power = beam_powers(self.config, (self.response.conj().T / self.scale(b)) @ h) / self.wave_energy(b)
+        down, right = np.unravel_index(np.argmax(np.where(self.grid.seen, power, -np.inf)), power.shape)
+        return np.array([self.grid.right[right], self.grid.down[down]])
+
+    def wave_energy(self, b: int) -> FloatArray:
+        """Return the energy of a wave's samples, of noise power 1, over the grid of directions."""
+        if self._wave_energy is None or self.noise.ndim > 1:
+            response = self.response / self.scale(b)[:, None]
+            self._wave_energy = quadratic_spectrum(self.config, response.conj().T @ response)
+        return self._wave_energy
+
+    def mvdr_directions(
+        self, b: int, x: ComplexArray, first: int, distance: float, rate: float, response: ComplexArray
+    ) -> FloatArray:
+        """Return the direction cosines of the peaks of MVDR's spectrum, with forward-backward averaging."""
+        n = self.config.channels
+        covariance = np.empty((n, n), dtype=np.complex128)
+        samples = covariance_along(x, first, self.waveform, distance, rate, 1, covariance)
+        loading = _LOADING * n / samples
+        least = _PEAK * (1.0 + loading)
+        scale = self.scale(b)
+        if scale.max() > _ALIKE * scale.min():
+            # Channels that hear little cannot stand in for their mirror images.
+            spectrum = mvdr_spectrum(self.config, covariance, response, loading=loading)
+            return spectrum_peaks(self.config, spectrum * self.wave_energy(b), least)[: n - 1]
+        undo = np.linalg.inv(response)
+        noise = float(np.sum(np.abs(undo) ** 2)) / n
+        even = forward_backward(undo @ covariance @ undo.conj().T)
+        spectrum = mvdr_spectrum(self.config, even, loading=loading * noise)
+        return spectrum_peaks(self.config, spectrum, least * noise / n)[: n - 1]
+
+    def separated(
+        self, peak: int, b: int, x: ComplexArray, first: int, starts: FloatArray, response: ComplexArray
+    ) -> list[_Echo]:
+        """Return the echoes of one bin in several directions, each from a beam that shuts the others out."""
+        waves = response @ np.exp(-2j * np.pi * (self.places @ starts.T))
+        beams = np.linalg.pinv(waves)
+        beams /= np.linalg.norm(beams, axis=1)[:, None]
+        found: list[_Echo] = []
+        for start, beam in zip(starts, beams, strict=True):
+            z = beam @ x
+            _, rate, _ = acquire(z[:, None, :], first, self.waveform, b, self.rate_max)
+            distance, rate, _ = sharpen(z, first, self.waveform, b, rate, self.rate_max)
+            found.append(self.fitted(peak, b, x, first, z, distance, rate, start))
+        return self.in_turn(found, x, first)
+
+    def hidden(self, echo: _Echo, x: ComplexArray, first: int) -> _Echo | None:
+        """Return a second echo in what the first of a bin leaves, if it is strong enough to be more than faults of it.
+
+        Near the limit of its resolution MVDR's spectrum has one peak for two echoes.
+        """
+        rest, b, scale = x.copy(), echo.bin, self.scale(echo.bin)
+        remove_echo(rest, first, self.waveform, echo.fit.distance, echo.fit.rate, echo.modelled / scale)
+        _, rate, h = acquire(rest, first, self.waveform, b, self.rate_max)
+        start = self.strongest_direction(h, b)
+        z = self.beam_towards(start, b) @ rest
+        distance, rate, likelihood = sharpen(z, first, self.waveform, b, rate, self.rate_max)
+        least = max(2.0 * _CHANCE, _SECOND * echo.fit.likelihood)
+        if likelihood < 0.4 * least:
+            return None
+        second = self.fitted(echo.peak, b, rest, first, z, distance, rate, start)
+        return second if second.fit.likelihood > least else None
+
+    def in_turn(self, found: list[_Echo], x: ComplexArray, first: int) -> list[_Echo]:
+        """Return the echoes of one bin fitted to the samples less each other, without those that were none."""
+        scale = self.scale(found[0].bin)
+        for _ in range(2):
+            for i in range(len(found)):
+                rest = x.copy()
+                for e in found[:i] + found[i + 1 :]:
+                    remove_echo(rest, first, self.waveform, e.fit.distance, e.fit.rate, e.modelled / scale)
+                found[i] = self.refitted(found[i], rest, first)
+        greatest = max(e.fit.likelihood for e in found)
+        return [e for e in found if e.fit.likelihood > max(_CHANCE, _LEFT_OVER * greatest)]
+
+    def beam_towards(self, cosines: FloatArray, b: int) -> ComplexArray:
+        """Return the weights of unit length of the beam matched to a direction."""
+        wave = self.response @ np.exp(-2j * np.pi * (self.places @ cosines)) / self.scale(b)
+        return np.asarray(wave.conj() / np.linalg.norm(wave))
+
+    def refitted(self, echo: _Echo, x: ComplexArray, first: int) -> _Echo:
+        """Return an echo fitted again from where it was."""
+        cosines = echo.direction[:2]
+        z = self.beam_towards(cosines, echo.bin) @ x
+        return self.fitted(echo.peak, echo.bin, x, first, z, echo.fit.distance, echo.fit.rate, cosines)
+
+    def fitted(
+        self,
+        peak: int,
+        b: int,
+        x: ComplexArray,
+        first: int,
+        z: ComplexArray,
+        distance: float,
+        rate: float,
+        start: FloatArray,
+    ) -> _Echo:
+        """Return the echo that fits best from a start on, first in a beam's samples `z`, then in all channels' `x`."""
+        scale = self.scale(b)
+        response = self.response / scale[:, None]
+        fit = fit_range_rate(z, first, self.waveform, distance, rate, self.rate_max)
+        sums = np.empty(x.shape[:2], dtype=np.complex128)
+        sums_of_channels(x, first, self.waveform, fit.distance, fit.rate, HALF_BINS, sums)
+        h = sums.sum(axis=0) / fit.weight
+        direction = np.empty(DIRECTION)
+        fit_direction(h, response, self.places, start[0], start[1], _ITERATIONS, direction)
+        wave = response @ np.exp(-2j * np.pi * (self.places @ direction[:2]))
+        amplitude = np.vdot(wave, h) / np.vdot(wave, wave).real
+        return _Echo(peak, b, fit, direction, h * scale, amplitude * wave * scale)
+
+    def refine(self, echoes: list[_Echo]) -> None:
+        """Fit those echoes again, in turn, that another one disturbs which was found after them."""
+        again = [i for i, e in enumerate(echoes) if any(self.energy_at(o, e.bin) > _MATTERS for o in echoes[i + 1 :])]
+        for _ in range(_PASSES):
+            change = 0.0
+            near = [i for i in range(len(echoes)) if i in again or self.neighbours(echoes, i)]
+            for i in near:
+                old = echoes[i]
+                x, first, _ = self.window(old.bin, old.peak, echoes[:i] + echoes[i + 1 :])
+                self.remove_mirror(x, first, old, self.scale(old.bin))
+                echoes[i] = self.refitted(old, x, first)
+                change = max(change, abs(echoes[i].fit.likelihood - old.fit.likelihood) / old.fit.likelihood**0.5)
+            if change < _CONVERGED:
+                break
+
+    def neighbours(self, echoes: list[_Echo], i: int) -> list[_Echo]:
+        """Return the echoes of which the bins used overlap with those of one."""
+        moved = self.waveform[0] * self.waveform[5] * len(self.image) * 0.5
+        near = []
+        for j, e in enumerate(echoes):
+            apart = abs(self.beat(e) - self.beat(echoes[i]))
+            if j != i and apart <= _NEAR_BINS + moved * abs(e.fit.rate - echoes[i].fit.rate):
+                near.append(e)
+        return near
+
+    def estimates(self, echoes: list[_Echo]) -> Estimates:
+        """Return the plots of echoes."""
+        rows = [self.plot(e, self.neighbours(echoes, i)) for i, e in enumerate(echoes)]
+        table = np.array(rows).reshape(len(rows), 9)
+        peak = np.array([e.peak for e in echoes], dtype=np.intp)
+        return Estimates(table[:, :4], table[:, 4:8], table[:, 8], peak)
+
+    def plot(self, echo: _Echo, near: list[_Echo]) -> list[float]:
+        """Return the four measurements of an echo, their variances, and its signal-to-noise ratio."""
+        config, fit, direction = self.config, echo.fit, echo.direction
+        widened = np.ones(4)
+        if near:
+            widened = variance_ratios(
+                self.waveform,
+                len(self.image),
+                self.places,
+                self.response / self.scale(echo.bin)[:, None],
+                [(e.fit.distance, e.fit.rate, *e.direction[:2], e.fit.amplitude) for e in (echo, *near)],
+            )
+        widened *= 1.0 + _MOST_SHARED * fit.misfit
+        info = direction[3:6] * fit.weight
+        right, down = direction[0], direction[1]
+        both = 0.0
+        if config.array_rows > 1 and config.array_columns > 1:
+            det = info[0] * info[1] - info[2] ** 2
+            var_right, var_down, both = info[1] / det, info[0] / det, -info[2] / det
+        else:
+            with np.errstate(divide="ignore"):
+                var_right, var_down = 1.0 / info[:2]
+        az, el = np.nan, np.nan
+        if config.array_rows > 1:
+            el = -np.arcsin(down)
+        if config.array_columns > 1:
+            az = np.arctan2(right, np.sqrt(max(1.0 - right**2 - (down**2 if config.array_rows > 1 else 0.0), 0.0)))
+        mean = np.sqrt(widened[2] * widened[3])
+        var_az, var_el = direction_variances(config, az, el, var_right * widened[2], var_down * widened[3], both * mean)
+        distance, rate = (fit.distance, fit.rate) if fit.resolved else (fit.mean_distance, np.nan)
+        var_distance, var_rate = fit.variance_distance * widened[0], fit.variance_rate * widened[1]
+        if near and fit.misfit > _DOUBTFUL * fit.likelihood:
+            # The fit may rest on a wrong turn of phase from sweep to sweep.
+            span = 1.0 / (self.waveform[3] * self.waveform[5])
+            rate, var_rate = np.nan, var_rate + span**2
+            var_distance += (span * self.waveform[1] / self.waveform[0]) ** 2
+        power = float(np.mean(np.abs(echo.modelled / self.scale(echo.bin)) ** 2))
+        # The amplitude has noise of its own.
+        snr = max(power - 1.0 / (fit.weight * config.channels), 0.1 * power)
+        return [
+            distance,
+            az,
+            el,
+            rate,
+            var_distance,
+            float(var_az),
+            float(var_el),
+            var_rate,
+            10.0 * np.log10(snr),
+        ]

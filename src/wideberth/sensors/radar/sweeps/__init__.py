@@ -1,0 +1,1 @@
+"""An FMCW radar simulated down to the samples of its channels."""

@@ -1,0 +1,150 @@
+"""Raw samples to plots by the command: files, noise runs, figures, and input that does not fit."""
+
+import json
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from typer.testing import CliRunner
+
+from wideberth.cli.main import app
+from wideberth.errors import InputError
+from wideberth.evaluation.radar_setup import load_radar, local_direction
+from wideberth.sensors.radar.plot_file import read_plot_file
+from wideberth.sensors.radar.presets import PRESETS
+from wideberth.sensors.radar.raw.recording import write_raw
+from wideberth.sensors.radar.sweeps.simulate import RadarTarget, simulate_frames
+
+TOML = """
+preset = "uplooking_4x4"
+if_bandwidth_mhz = 0.128
+averages = 8
+false_alarm_probability = 0.001
+[receiver]
+noise_rms_lsb = 4.0
+[pose]
+north_m = 10.0
+altitude_m = 2.0
+"""
+FRAMES = 12
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, ["radar", *map(str, arguments)])
+
+
+def scene(k):
+    t = 0.1 * k
+    return [
+        RadarTarget(range=50.0 - 4.0 * t, azimuth=0.3, elevation=-0.2, range_rate=-4.0, rcs=1e-5),
+        RadarTarget(range=30.0 + 3.0 * t, azimuth=-0.4, elevation=0.1, range_rate=3.0, rcs=1e-5),
+    ]
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("radar")
+    (folder / "radar.toml").write_text(TOML)
+    radar = load_radar(str(folder / "radar.toml")).radar
+    write_raw(folder / "raw.npy", simulate_frames(radar, map(scene, range(FRAMES)), 8, 1), FRAMES)
+    write_raw(folder / "quiet.npy", simulate_frames(radar, [()] * 60, 8, 2), 60)
+    return folder
+
+
+def test_a_radar_is_a_preset_with_a_file_over_it(files):
+    setup = load_radar(str(files / "radar.toml"))
+    assert setup.radar.channels == 16
+    assert setup.radar.samples_per_sweep == 512
+    assert setup.radar.receiver.noise_rms_lsb == 4.0
+    assert setup.radar.receiver.channel_coupling_db == -20.0
+    np.testing.assert_allclose(setup.position, [10.0, 0.0, -2.0])
+    # It looks up: its forward axis is up, its down axis north.
+    np.testing.assert_allclose(setup.attitude @ [1.0, 0.0, 0.0], [0.0, 0.0, -1.0], atol=1e-12)
+    assert local_direction(setup, 0.0, 0.0)[1] == pytest.approx(np.pi / 2)
+    assert load_radar("table_5_1").radar == PRESETS["table_5_1"]
+
+
+def test_samples_become_plots_with_their_variances(files):
+    quiet = run("noise", files / "quiet.npy", "--radar", files / "radar.toml", "--out", files / "noise.npz")
+    assert quiet.exit_code == 0, quiet.output
+    assert "480 sweeps of 16 channels" in quiet.output
+    out = files / "plots.parquet"
+    options = ["--radar", files / "radar.toml", "--noise", files / "noise.npz", "--out", out]
+    result = run("process", files / "raw.npy", *options)
+    assert result.exit_code == 0, result.output
+    table = pq.read_table(out).to_pydict()
+    assert set(table["kind"]) == {"radar"}
+    for k in range(FRAMES):
+        rows = np.flatnonzero(np.array(table["scan"]) == k)
+        found = np.array(table["range_m"])[rows]
+        for target in scene(k):
+            i = rows[np.argmin(abs(found - target.range))]
+            assert abs(table["range_m"][i] - target.range) < 6 * table["range_variance_m2"][i] ** 0.5
+            off = abs(table["azimuth_rad"][i] - target.azimuth)
+            # Uncalibrated coupling shifts directions by a little more than noise does.
+            assert off < 0.1
+            assert table["snr_db"][i] > 5.0
+
+
+def test_a_tracker_takes_the_plots(files):
+    options = ["--radar", files / "radar.toml", "--out", files / "plots.npz"]
+    assert run("process", files / "raw.npy", *options).exit_code == 0
+    file = read_plot_file(files / "plots.npz")
+    np.testing.assert_allclose(file.sensor_position[0], [10.0, 0.0, -2.0])
+    np.testing.assert_allclose(file.sensor_attitude[0], load_radar(str(files / "radar.toml")).attitude, atol=1e-12)
+    assert file.range_max == pytest.approx(load_radar(str(files / "radar.toml")).radar.range_limit)
+    tracked = CliRunner().invoke(
+        app, ["track", str(files / "plots.npz"), "--out", str(files / "tracks.parquet"), "--json"]
+    )
+    assert tracked.exit_code == 0, tracked.output
+    assert json.loads(tracked.stdout)["rows"] > 0
+    rows = pq.read_table(files / "tracks.parquet").to_pydict()
+    # Two aircraft above the radar.
+    assert len(set(rows["track_id"])) == 2
+    assert min(rows["up_m"]) > 15.0
+
+
+def test_the_report_has_its_pictures(files):
+    result = run("show", files / "raw.npy", "--radar", files / "radar.toml", "--out", files / "show")
+    assert result.exit_code == 0, result.output
+    names = {path.stem for path in (files / "show").glob("*.png")}
+    assert {"range_time", "threshold", "range_doppler", "angles", "false_alarms"} <= names
+    page = (files / "show" / "report.html").read_text()
+    assert f"{FRAMES} of {FRAMES} frames" in page
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('preset = "other"', "preset"),
+        ("chanels = 4", "chanels: unknown key"),
+        ("[layout]\naxis = 3", "layout.axis"),
+        ("[pose]\nnorth = 3", "pose.north"),
+    ],
+)
+def test_radars_that_are_wrong(tmp_path, text, words):
+    (tmp_path / "r.toml").write_text(text)
+    with pytest.raises(InputError, match=words):
+        load_radar(str(tmp_path / "r.toml"))
+
+
+def test_input_that_does_not_fit(files, tmp_path):
+    other = run("process", files / "raw.npy", "--radar", "table_5_1", "--out", tmp_path / "p.parquet")
+    assert other.exit_code == 2
+    assert "16 channels, the radar has 4" in other.output
+    assert run("process", files / "raw.npy", "--radar", "none").exit_code == 2
+    noise = files / "noise_of_another.npz"
+    line = tmp_path / "line.toml"
+    line.write_text("if_bandwidth_mhz = 0.128\naverages = 8\n")
+    radar = load_radar(str(line)).radar
+    write_raw(tmp_path / "line.npy", simulate_frames(radar, [()] * 3, 8, 2), 3)
+    assert run("noise", tmp_path / "line.npy", "--radar", line, "--out", noise).exit_code == 0
+    wrong = run("process", files / "raw.npy", "--radar", files / "radar.toml", "--noise", noise)
+    assert wrong.exit_code == 2
+    assert "another radar" in wrong.output
+    one = run("process", tmp_path / "line.npy", "--radar", line, "--out", tmp_path / "p.npz")
+    assert one.exit_code == 2
+    assert "one angle" in one.output
+    assert (
+        run("process", files / "raw.npy", "--radar", files / "radar.toml", "--out", tmp_path / "p.csv").exit_code == 2
+    )

@@ -204,7 +204,8 @@ def search(geometry, rings, steps, start, dt, limits, traffic, risk, goal, sense
     path = np.zeros(len(rings), np.int64)
     count = gk.search_map(
         start, geometry, ring_start, np.array(steps, np.int64), nodes[:, 0].copy(), nodes[:, 1].copy(), dt, limits,
-        traffic[0], traffic[1], len(traffic[0]), risk, goal, np.array([0.3, 0.2]), *senses, labels, parent, path,
+        traffic[0], traffic[1], len(traffic[0]), risk, np.zeros((0, 5)), np.zeros((0, 2)), goal, np.array([0.3, 0.2]),
+        *senses, labels, parent, path,
     )  # fmt: skip
     return count, labels, parent, path
 

@@ -15,7 +15,6 @@ from wideberth.conflict.detection import (
     algorithm_1,
     algorithm_2,
 )
-from wideberth.conflict.probability import conflict_probability
 from wideberth.conflict.uncertainty import PAPER_NOISE, ConstantNoise, relative_position_covariance, sigma_at_cpa
 from wideberth.units import FOOT, KNOT
 
@@ -174,31 +173,3 @@ def test_bad_arguments_are_refused() -> None:
         algorithm_2(PAPER_COLLISION, *pair, intruder_covariance=np.zeros((9, 9)), own_covariance=np.zeros((9, 9)))
     with pytest.raises(ValueError, match="noisy_aircraft"):
         ConstantNoise(1.0, 1.0, 1.0, 1.0, 3)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_conflict_probability_agrees_with_drawing(seed: int) -> None:
-    rng = np.random.default_rng(seed)
-    a = rng.normal(size=(2, 2)) * 200
-    covariance = np.zeros((3, 3))
-    covariance[:2, :2], covariance[2, 2] = a @ a.T + 50**2 * np.eye(2), 40.0**2
-    s, v = np.array([4000.0, rng.uniform(-150, 150), 40.0]), np.array([-70.0, rng.uniform(-2, 2), -0.5])
-    p = conflict_probability(s, v, covariance, 300.0, 60.0)
-    n = 40_000
-    drawn = naive.drawn_conflict_probability(s, v, covariance, 300.0, 60.0, n, rng)
-    assert 0.02 < p < 0.98
-    assert drawn == pytest.approx(p, abs=4.5 * math.sqrt(p * (1 - p) / n))
-
-
-def test_conflict_probability_limits() -> None:
-    s, v = [1000.0, 0.0, 0.0], [-10.0, 0.0, 0.0]
-    assert conflict_probability(s, v, np.zeros((3, 3)), 10.0) == 1.0
-    assert conflict_probability([1000.0, 20.0, 0.0], v, np.zeros((3, 3)), 10.0) == 0.0
-    # Flying away: the separation now counts, not the one that was.
-    assert conflict_probability(s, [10.0, 0.0, 0.0], np.eye(3), 100.0) < 1e-12
-    # A band 30 sigmas away keeps its digits.
-    assert 0 < conflict_probability([1000.0, 40.0, 0.0], v, np.eye(3), 10.0) < 1e-190
-    with pytest.raises(ValueError, match="separation"):
-        conflict_probability(s, v, np.eye(3), -1.0)
-    with pytest.raises(ValueError, match="shapes"):
-        conflict_probability(s, v, np.eye(2), 1.0)

@@ -4,6 +4,7 @@ from typing import Literal, Self
 
 from pydantic import Field, model_validator
 
+from wideberth.avoidance.keep_out.config import KeepOut
 from wideberth.part_config import PartConfig
 from wideberth.units import FOOT
 
@@ -96,6 +97,8 @@ class LocalLevelConfig(PartConfig):
 
     altitude_min_m: float = Field(120.0, description="no maneuver goes below (altitude, m)")
     altitude_max_m: float = Field(3000.0, description="no maneuver goes above (altitude, m)")
+    keep_out: tuple[KeepOut, ...] = Field((), description="volumes that no maneuver enters: polygons and cylinders")
+    keep_out_margin_m: float = Field(30.0, ge=0, description="horizontal distance kept from them")
     turn_delay_s: float = Field(1.5, ge=0, description="time before a commanded turn takes effect")
     bank_share: float = Field(0.8, gt=0, le=1, description="share of the vehicle's largest bank that plans may use")
     climb_share: float = Field(0.95, gt=0, le=1, description="the same for its largest climb and sink rates")

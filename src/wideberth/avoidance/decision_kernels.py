@@ -23,6 +23,7 @@ from wideberth.avoidance.graph_kernels import (
     SPEED,
     search_map,
 )
+from wideberth.avoidance.keep_out.kernels import volumes_entered
 from wideberth.avoidance.kernels import (
     COST,
     FIRST_HARD,
@@ -60,6 +61,7 @@ N_POLICY = 13
 ON_PATH, ON_DETECTION = 0, 1
 
 EXHAUSTED = 10.0  # s before its last waypoint's time a maneuver must be replaced
+COST_KEEP_OUT = 1e6  # of a flown path that enters a keep-out volume
 SAME_PLACE = 150.0  # m: closer than this a plan begins like the mission
 
 
@@ -118,6 +120,8 @@ class Settings(NamedTuple):
     policy : ndarray, shape (N_POLICY,)
     trigger : ndarray, shape (8,)
         Rules of `conflict.detection_kernels.detect` for the trigger `ON_DETECTION`.
+    volumes, vertices : ndarray
+        Keep-out volumes, of `keep_out.kernels.KeepOuts`.
     """
 
     vehicle: Floats
@@ -132,6 +136,8 @@ class Settings(NamedTuple):
     goal_weights: Floats
     policy: Floats
     trigger: Floats
+    volumes: Floats
+    vertices: Floats
 
 
 class Memory(NamedTuple):
@@ -166,6 +172,20 @@ class Memory(NamedTuple):
     parent: Integers
     path: Integers
     met: Floats
+
+
+@jit
+def flight_enters(states: Floats, volumes: Floats, vertices: Floats) -> bool:
+    """Return whether a flown path enters a keep-out volume that its start is not in."""
+    if volumes.shape[0] == 0:
+        return False
+    a = states[0]
+    allowed = volumes_entered(a[0], a[1], a[2], a[0], a[1], a[2], volumes, vertices)
+    for k in range(states.shape[0] - 1):
+        a, b = states[k], states[k + 1]
+        if volumes_entered(a[0], a[1], a[2], b[0], b[1], b[2], volumes, vertices) > allowed:
+            return True
+    return False
 
 
 @jit_uncounted
@@ -263,6 +283,9 @@ def decide(
         kept_cost = path_cost(states, goal, wanted, climb_rate, intruders, weight, n_intruders, settings, met_kept)
         exhausted = index >= n_points or t > memory.times[n_points - 1] - EXHAUSTED
         settled = t - plan[T_CHOSEN] >= policy[SETTLE]
+        if flight_enters(states, settings.volumes, settings.vertices):
+            kept_cost += COST_KEEP_OUT
+            exhausted = True
         if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and not exhausted:
             return KEEP
         if met_kept[FIRST_OUTER] > policy[TRIGGER] and t - plan[T_CHOSEN] < policy[RENEW] and not exhausted:
@@ -273,8 +296,8 @@ def decide(
     turn_sense, climb_sense = int(plan[TURN_SENSE]), int(plan[CLIMB_SENSE])
     count = search_map(
         start, settings.geometry, settings.ring_start, ring_steps, headings, heights, dt, limits,
-        intruders, weight, n_intruders, settings.search_risk, goal, settings.goal_weights, turn_sense, climb_sense,
-        labels, memory.parent, path,
+        intruders, weight, n_intruders, settings.search_risk, settings.volumes, settings.vertices,
+        goal, settings.goal_weights, turn_sense, climb_sense, labels, memory.parent, path,
     )  # fmt: skip
     if count == 0:
         return KEEP if active else MISSION
@@ -289,6 +312,8 @@ def decide(
     look_ahead(x, new_points, new_speeds, 1, settings.free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
     new_cost = path_cost(states, goal, wanted, climb_rate, intruders, weight, n_intruders, settings, met_new)
+    if flight_enters(states, settings.volumes, settings.vertices):
+        new_cost += COST_KEEP_OUT
     if not active and met_mission[FIRST_OUTER] > policy[TRIGGER_NOW]:
         # Where the plan begins like the mission, waiting costs nothing, and the traffic shows what it does.
         label = labels[path[min(1, count - 1)]]

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
+from wideberth.avoidance.keep_out.kernels import N_VOLUME, volumes_entered
 from wideberth.avoidance.kernels import (
     N_MET,
     N_PREDICTION,
@@ -57,6 +58,9 @@ def fly_edge(
     weight: Floats,
     n_intruders: int,
     risk: Floats,
+    volumes: Floats,
+    vertices: Floats,
+    allowed: int,
     bound: float,
     end: Floats,
     met: Floats,
@@ -73,6 +77,9 @@ def fly_edge(
         The edge covers the grid times k_start + 1 ... k_start + n_steps.
     dt, delay : float
         Step of the grid, and time before a turn takes effect, s.
+    volumes, vertices : ndarray
+        Keep-out volumes: an edge that enters more than `allowed` of them cannot be flown.
+    allowed : int
     bound : float
         Cost at which the edge cannot win any more.
     end : ndarray, shape (N_LABEL,)
@@ -108,9 +115,15 @@ def fly_edge(
             vn, ve = speed * math.cos(middle), speed * math.sin(middle)
         wanted = max(-limits[SINK_MAX], min(limits[CLIMB_MAX], (pd - down_target) / (2.0 * dt)))
         climb += max(-limits[CLIMB_ACCELERATION] * dt, min(limits[CLIMB_ACCELERATION] * dt, wanted - climb))
+        before_n, before_e, before_d = pn, pe, pd
         pn += vn * dt
         pe += ve * dt
         pd -= climb * dt
+        if (
+            volumes.shape[0] > 0
+            and volumes_entered(before_n, before_e, before_d, pn, pe, pd, volumes, vertices) > allowed
+        ):
+            return math.inf
         k = k_start + stride * step
         cost += risk_at(pn, pe, pd, vn, ve, -climb, intruders, weight, n_intruders, k, k * grid, dt, 1.0, risk, met)
         if cost >= bound:
@@ -131,6 +144,9 @@ def fly_ring_edge(
     weight: Floats,
     n_intruders: int,
     risk: Floats,
+    volumes: Floats,
+    vertices: Floats,
+    allowed: int,
     bound: float,
     end: Floats,
     met: Floats,
@@ -148,6 +164,12 @@ def fly_ring_edge(
         return math.inf
     course = math.atan2(ve, vn) if speed > 0.1 else label[COURSE]
     if abs(wrap(course - label[COURSE])) > min(limits[HEADING_REACH], limits[TURN_RATE] * duration):
+        return math.inf
+    if (
+        volumes.shape[0] > 0
+        and volumes_entered(label[NORTH], label[EAST], label[DOWN], place[0], place[1], place[2], volumes, vertices)
+        > allowed
+    ):
         return math.inf
     cost = label[LABEL_COST] + 1.0
     for step in range(1, n_steps + 1):
@@ -195,6 +217,8 @@ def search_map(
     weight: Floats,
     n_intruders: int,
     risk: Floats,
+    volumes: Floats,
+    vertices: Floats,
     goal: Floats,
     goal_weights: Floats,
     turn_sense: int,
@@ -222,6 +246,8 @@ def search_map(
         Course (rad) and height (m, up) of each node against the ownship's.
     limits, risk : ndarray
         See the constants.
+    volumes, vertices : ndarray
+        Keep-out volumes: no edge enters one; where the start is inside of some, no more of them than there.
     goal, goal_weights : ndarray, shape (3,), (2,)
         Where the mission wants to be after the last ring, and the weights of `terminal_cost`.
     turn_sense, climb_sense : int
@@ -244,6 +270,9 @@ def search_map(
     k_start = 0
     elapsed = 0.0
     vertical = max(limits[CLIMB_MAX], 0.1)
+    allowed = volumes_entered(
+        start[NORTH], start[EAST], start[DOWN], start[NORTH], start[EAST], start[DOWN], volumes, vertices
+    )
     for ring in range(n_rings):
         elapsed += ring_steps[ring] * dt
         k_end = k_start + ring_steps[ring]
@@ -274,7 +303,8 @@ def search_map(
                     label[LABEL_COST] = before
                     cost = fly_ring_edge(
                         label, place, k_start, ring_steps[ring], dt, limits,
-                        intruders, weight, n_intruders, risk, labels[node, LABEL_COST], end, met,
+                        intruders, weight, n_intruders, risk, volumes, vertices, allowed,
+                        labels[node, LABEL_COST], end, met,
                     )  # fmt: skip
                     label[LABEL_COST] = saved
                 else:
@@ -295,7 +325,8 @@ def search_map(
                     cost = fly_edge(
                         label, course_target, down_target, k_start, ring_steps[ring], dt,
                         limits[TURN_DELAY] if ring == 0 else 0.0, limits,
-                        intruders, weight, n_intruders, risk, labels[node, LABEL_COST], end, met,
+                        intruders, weight, n_intruders, risk, volumes, vertices, allowed,
+                        labels[node, LABEL_COST], end, met,
                     )  # fmt: skip
                     label[LABEL_COST] = saved
                 if cost < math.inf and ring == n_rings - 1:
@@ -330,6 +361,6 @@ def warmup() -> None:
     for geometry in (RINGS, FLYABLE):
         search_map(
             np.zeros(N_LABEL), geometry, np.array([0, 1]), one, zeros, zeros, 1.0, np.ones(N_LIMITS),
-            np.ones((2, 4, N_PREDICTION)), np.ones(2), 1, np.ones(N_RISK), np.zeros(3), np.ones(2), 0, 0,
-            np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),
+            np.ones((2, 4, N_PREDICTION)), np.ones(2), 1, np.ones(N_RISK), np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
+            np.zeros(3), np.ones(2), 0, 0, np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64),
         )  # fmt: skip

@@ -12,6 +12,7 @@ from wideberth.avoidance import graph_kernels as gk
 from wideberth.avoidance import kernels as rk
 from wideberth.avoidance import planner_kernels as pk
 from wideberth.avoidance.config import LocalLevelConfig
+from wideberth.avoidance.keep_out.volumes import keep_out_arrays
 from wideberth.avoidance.maps import MAPS
 from wideberth.avoidance.wording import describe_maneuver
 from wideberth.types import Maneuver, Mission, Ownship, Threat, Track, TrackStatus
@@ -157,6 +158,7 @@ def settings_of(config: LocalLevelConfig, vehicle: FloatArray) -> dk.Settings:
     map_ = MAPS[config.map]()
     ring_start, ring_steps, headings, heights = map_.arrays(config.grid_step_s)
     risk = risk_array(config)
+    keep_outs = keep_out_arrays(config.keep_out, config.keep_out_margin_m)
     return dk.Settings(
         vehicle=vehicle,
         free=dk.free_of_capture(vehicle),
@@ -170,6 +172,8 @@ def settings_of(config: LocalLevelConfig, vehicle: FloatArray) -> dk.Settings:
         goal_weights=np.array([config.weight_goal, config.weight_goal_vertical]),
         policy=policy_array(config, float(ring_steps.sum()) * config.grid_step_s),
         trigger=trigger_array(config),
+        volumes=keep_outs.volumes,
+        vertices=keep_outs.vertices,
     )
 
 

@@ -29,6 +29,7 @@ from wideberth.avoidance.decision_kernels import (
     look_ahead,
 )
 from wideberth.avoidance.graph_kernels import CLIMB_MAX, N_LABEL, N_LIMITS, SINK_MAX, SPEED_MAX
+from wideberth.avoidance.keep_out.kernels import N_VOLUME
 from wideberth.avoidance.kernels import (
     N_MET,
     N_PREDICTION,
@@ -249,7 +250,7 @@ def warmup() -> None:
     zero, one = np.zeros(1), np.ones(1, np.int64)
     settings = Settings(
         np.ones(N_PARAMS), np.ones(N_PARAMS), 1, np.array([0, 1]), np.array([3]), zero, zero, np.ones(N_RISK),
-        np.ones(N_RISK), np.ones(2), np.ones(N_POLICY), np.ones(8),
+        np.ones(N_RISK), np.ones(2), np.ones(N_POLICY), np.ones(8), np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
     )  # fmt: skip
     memory = Memory(
         np.zeros(N_PLAN), np.zeros((2, 3)), np.zeros(2), np.zeros(2), np.zeros(2, np.int64), np.ones(N_LIMITS),

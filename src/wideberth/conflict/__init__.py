@@ -1,3 +1,6 @@
 """Conflict detection: what each track means for the ownship."""
 
-PARTS = {"algorithm_2": "wideberth.conflict.detector:AdsbDetector"}
+PARTS = {
+    "algorithm_2": "wideberth.conflict.detector:AdsbDetector",
+    "path_cylinder": "wideberth.conflict.path_detector:PathCylinderDetector",
+}

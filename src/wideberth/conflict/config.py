@@ -42,3 +42,47 @@ class DetectionConfig(PartConfig):
         if not self.warning_time_s <= self.corrective_time_s <= self.lookahead_s:
             raise ValueError("warning_time_s <= corrective_time_s <= lookahead_s must hold")
         return self
+
+
+class PathCylinderConfig(PartConfig):
+    """Alerting along the path that is to be flown, with algorithms 3 to 5 of the thesis (4.3).
+
+    Attributes
+    ----------
+    safety_radius_m, safety_height_m : float
+        R_s and h_s, the full height of the cylinder.
+    distance_threshold_m, height_threshold_m : float
+        tau_p, tau_h: an intruder within both now counts whenever it enters.
+    time_threshold_s : float
+        tau_T: an entry until then counts, and is corrective.
+    warning_time_s : float
+        An entry until then is a warning.
+    lookahead_s : float
+        Nothing is judged later.
+    motion : str
+        How intruders go on: straight, or as their estimated acceleration says.
+    maneuver_time_s : float
+        For how long they do so; then straight on.
+    tolerance_s : float
+        No stay in the cylinder that lasts longer is missed where intruders do not fly straight.
+    beyond : str
+        What the ownship does after the last waypoint.
+    """
+
+    safety_radius_m: float = Field(500 * FOOT, gt=0)
+    safety_height_m: float = Field(200 * FOOT, gt=0)
+    distance_threshold_m: float = Field(800.0, ge=0)
+    height_threshold_m: float = Field(100.0, ge=0)
+    time_threshold_s: float = Field(25.0, ge=0)
+    warning_time_s: float = Field(15.0, ge=0)
+    lookahead_s: float = Field(120.0, gt=0, le=600)
+    motion: Literal["constant_velocity", "constant_acceleration", "turning"] = "constant_velocity"
+    maneuver_time_s: float = Field(10.0, gt=0, le=600)
+    tolerance_s: float = Field(0.01, ge=1e-4, le=1.0)
+    beyond: Literal["along_last_leg", "hover"] = "along_last_leg"
+
+    @model_validator(mode="after")
+    def _ordered(self) -> Self:
+        if not self.warning_time_s <= self.time_threshold_s <= self.lookahead_s:
+            raise ValueError("warning_time_s <= time_threshold_s <= lookahead_s must hold")
+        return self

@@ -1,0 +1,1 @@
+"""Volumes that no maneuver may enter: geofences, cylinders, terrain."""

@@ -1,0 +1,198 @@
+"""The path from here to a goal: A*, then the chain over it, each checked in fine time; the best of them."""
+
+import dataclasses
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from wideberth.avoidance.keep_out.kernels import KeepOuts, path_enters
+from wideberth.avoidance.waypoint_paths.astar import FoundPath, GridSearch, Limits
+from wideberth.avoidance.waypoint_paths.chain import Chain
+from wideberth.avoidance.waypoint_paths.config import AStarConfig
+from wideberth.avoidance.waypoint_paths.intruder_kernels import path_inside
+from wideberth.avoidance.waypoint_paths.limits_kernels import path_flyable
+from wideberth.avoidance.waypoint_paths.prediction import Prediction
+from wideberth.types import FloatArray
+
+# One search after the other: factors on k_r and on the cells' size.
+_CHAIN_SHARE = 2  # of the chain's budget, what is left, each time
+_TRIES = ((1.0, 1.0), (0.1, 1.0), (0.0, 1.0), (0.0, 0.5))
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedPath:
+    """A path from the ownship to its goal, and what it meets.
+
+    Attributes
+    ----------
+    points, times : ndarray, shape (n, 3), (n,)
+        Local NED, m, the first the ownship; s from now.
+    cell : float
+        Of the grid it comes from, m.
+    inside : float
+        Seconds in collision cylinders (with the trigger's margin), all together.
+    entry : float
+        When it first enters one, s from now, inf if never.
+    entries : ndarray, shape (m,)
+        The same for each predicted intruder.
+    complete : bool
+        Whether it leads to the goal.
+    """
+
+    points: FloatArray
+    times: FloatArray
+    cell: float
+    inside: float
+    entry: float
+    entries: FloatArray
+    complete: bool = True
+
+    @property
+    def free(self) -> bool:
+        """Whether it meets nobody."""
+        return self.inside == 0.0
+
+    @property
+    def length(self) -> float:
+        """Length, m."""
+        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+
+
+class PathPlanner:
+    """Paths of one configuration.
+
+    Parameters
+    ----------
+    config : AStarConfig
+    keep_outs : KeepOuts
+    with_chain : bool
+    """
+
+    def __init__(self, config: AStarConfig, keep_outs: KeepOuts, with_chain: bool) -> None:
+        self._config, self._keep_outs = config, keep_outs
+        self._search = GridSearch(config, keep_outs)
+        self._chain = Chain(config, keep_outs) if with_chain else None
+
+    def judge(self, points: FloatArray, speed: float, prediction: Prediction, cell: float = 0.0) -> JudgedPath:
+        """Return a path of waypoints (n, 3), flown at `speed` (m/s), with what it meets."""
+        lengths = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
+        times = np.concatenate(([0.0], np.cumsum(lengths) / speed))
+        return self._judged(np.ascontiguousarray(points), times, prediction, cell)
+
+    def _judged(
+        self, points: FloatArray, times: FloatArray, prediction: Prediction, cell: float, complete: bool = True
+    ) -> JudgedPath:
+        entries = np.full(len(prediction.rows), math.inf)
+        scale = 1.0 + self._config.trigger_margin
+        entry, inside = path_inside(points, times, len(points), prediction.rows, len(entries), scale, entries)
+        return JudgedPath(points, times, cell, inside, entry, entries, complete)
+
+    def plan(
+        self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction
+    ) -> JudgedPath | None:
+        """Search a path to the goal.
+
+        Parameters
+        ----------
+        start, goal : ndarray, shape (3,)
+            Local NED, m.
+        course : float
+            Of the ownship, rad; NaN where it hardly moves.
+        limits : Limits
+        prediction : Prediction
+
+        Returns
+        -------
+        JudgedPath or None
+            The first that is free and not too long, else the shortest free one, else the one that is in cylinders for
+            the least time; one that is too long loses the waypoints that it can do without. None without any move.
+        """
+        config = self._config
+        if config.constant_altitude:
+            goal = np.array([goal[0], goal[1], start[2]])
+        intruders = prediction.widened(config.plan_margin)
+        expansions, distances, chain_distances = config.expansions_max, config.distances_max, config.chain_distances_max
+        wanted = config.length_ratio_max * math.dist(start, goal)
+        best: JudgedPath | None = None
+        for berth, cell_share in _TRIES:
+            found = self._search.find(
+                start, course, goal, limits, intruders, berth=berth, cell_share=cell_share,
+                expansions_max=expansions, distances_max=distances,
+            )  # fmt: skip
+            if found is None:
+                break
+            expansions, distances = expansions - found.expansions, distances - found.distances
+            path = self._completed(found, goal, limits, prediction)
+            tries = [path]  # the chain before it: among equals the smoother one
+            if self._chain is not None and len(path.points) > 2:
+                points, times, taken = self._chain.settle(
+                    path.points, course, found.cell, limits, intruders, chain_distances // _CHAIN_SHARE
+                )
+                chain_distances -= taken
+                if self._allowed(points, times, course, limits):
+                    tries.insert(0, self._judged(points, times, prediction, found.cell, path.complete))
+            best = min([*tries, best] if best else tries, key=lambda p: _rank(p, wanted))
+            if (best.free and best.length <= wanted) or expansions <= 0 or distances <= 0:
+                break
+        if best is not None and best.length > wanted:
+            best = self._with_corners_cut(best, course, limits, prediction)
+        return best
+
+    def follow(
+        self, points: FloatArray, course: float, cell: float, limits: Limits, prediction: Prediction
+    ) -> JudgedPath | None:
+        """Let the chain go on from a path that is being flown; None where it leads to nothing that can be flown.
+
+        Parameters are those of `plan`; `points` (n, 3) begin with the ownship and end with the goal.
+        """
+        if self._chain is None or len(points) < 3:
+            return None
+        intruders = prediction.widened(self._config.plan_margin)
+        budget = self._config.chain_distances_max
+        points, times, _ = self._chain.settle(points, course, cell, limits, intruders, budget)
+        if not self._allowed(points, times, course, limits):
+            return None
+        return self._judged(points, times, prediction, cell)
+
+    def _with_corners_cut(self, path: JudgedPath, course: float, limits: Limits, prediction: Prediction) -> JudgedPath:
+        """Return the path without the waypoints that it can do without: it stays as clear as planned."""
+        scale = 1.0 + self._config.plan_margin
+        most = self._inside(path, scale, prediction)
+        k = 1
+        while k < len(path.points) - 1:
+            shorter = self.judge(np.delete(path.points, k, axis=0), limits.speed, prediction, path.cell)
+            if self._inside(shorter, scale, prediction) <= most and self._allowed(
+                shorter.points, shorter.times, course, limits
+            ):
+                path = dataclasses.replace(shorter, complete=path.complete)
+            else:
+                k += 1
+        return path
+
+    def _inside(self, path: JudgedPath, scale: float, prediction: Prediction) -> float:
+        """Return the seconds of a path in cylinders larger by a factor."""
+        entries = np.empty(len(prediction.rows))
+        return path_inside(path.points, path.times, len(path.points), prediction.rows, len(entries), scale, entries)[1]
+
+    def _completed(self, found: FoundPath, goal: FloatArray, limits: Limits, prediction: Prediction) -> JudgedPath:
+        """Return the path with its end at the goal, or as it is where the way there is closed."""
+        path = self._judged(found.points, found.times, prediction, found.cell, found.complete)
+        end = found.points[-1]
+        if found.complete:
+            return path
+        leg = np.array([end, goal])
+        if path_enters(leg, 2, self._keep_outs.volumes, self._keep_outs.vertices) >= 0:
+            return path
+        return self.judge(np.vstack([found.points, goal]), limits.speed, prediction, found.cell)
+
+    def _allowed(self, points: FloatArray, times: FloatArray, course: float, limits: Limits) -> bool:
+        volumes = self._keep_outs
+        return path_enters(points, len(points), volumes.volumes, volumes.vertices) < 0 and path_flyable(
+            points, times, len(points), course, limits.radius, limits.climb_max, limits.sink_max
+        )
+
+
+def _rank(path: JudgedPath, wanted: float) -> tuple[float, bool, float]:
+    """Order paths: least time in cylinders, reaching the goal, short."""
+    return path.inside, not path.complete, path.length if path.length > wanted else 0.0

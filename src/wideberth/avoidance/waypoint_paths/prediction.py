@@ -1,0 +1,152 @@
+"""Tracks as what the planners expect of them: rows of `intruder_kernels`."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from wideberth.avoidance.waypoint_paths import intruder_kernels as ik
+from wideberth.avoidance.waypoint_paths.config import AStarConfig
+from wideberth.types import FloatArray, Ownship, Track, TrackStatus
+
+_TURN_SPEED_MIN = 1.0  # m/s: slower than this nothing is said to turn
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Prediction:
+    """Expected motion of the intruders that matter.
+
+    Attributes
+    ----------
+    rows : ndarray, shape (m, intruder_kernels.N_INTRUDER)
+        With cylinders of the size that is to be kept, without margins.
+    owners : tuple of Track
+        Whose each row is.
+    """
+
+    rows: FloatArray
+    owners: tuple[Track, ...]
+
+    def widened(self, margin: float) -> FloatArray:
+        """Return the rows with cylinders larger by a fraction."""
+        rows = self.rows.copy()
+        rows[:, [ik.RADIUS, ik.HALF_HEIGHT]] *= 1.0 + margin
+        return rows
+
+
+class Predictor:
+    """Makes predictions, and remembers the last sound state of each track.
+
+    A track that is not finite is avoided where its last sound state leads, with a cylinder as wide as uncertainty may
+    make it, for `ghost_s`; without a sound state, where it was reported, if it was. What could not be used is counted.
+
+    Parameters
+    ----------
+    config : AStarConfig
+    """
+
+    def __init__(self, config: AStarConfig) -> None:
+        self._config = config
+        self._sound: dict[str, Track] = {}
+        self._unsound: set[str] = set()
+        self.counters = {"not_finite": 0, "unusable": 0, "left_out": 0}
+
+    def predict(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Prediction, tuple[str, ...]]:
+        """Return what the intruders are expected to do from time `t`, s, and what was wrong with tracks, in words."""
+        config, events = self._config, []
+        rows: list[FloatArray] = []
+        owners: list[Track] = []
+        unsound = set()
+        for track in tracks:
+            if track.is_ownship or (track.status is TrackStatus.TENTATIVE and not config.tentative):
+                continue
+            used, doubt = track, 0.0
+            if _finite(track):
+                self._sound[track.id] = track
+            else:
+                self.counters["not_finite"] += 1
+                unsound.add(track.id)
+                stand_in = self._stand_in(t, track)
+                if track.id not in self._unsound:
+                    how = "it cannot be avoided" if stand_in is None else "it is avoided where it would be"
+                    events.append(f"track {track.label} is not finite: {how}")
+                if stand_in is None:
+                    self.counters["unusable"] += 1
+                    continue
+                used, doubt = stand_in, config.sigma_cap
+            for row in self._hypotheses(t, used, doubt, ownship):
+                rows.append(row)
+                owners.append(used)
+        self._unsound = unsound
+        self._sound = {key: track for key, track in self._sound.items() if t - track.t <= config.ghost_s}
+        return self._soonest(ownship, rows, owners), tuple(events)
+
+    def _stand_in(self, t: float, track: Track) -> Track | None:
+        """Return the last sound state of a track that is not finite, or what of it still says where it is."""
+        sound = self._sound.get(track.id)
+        if np.isfinite(track.position).all() and np.isfinite(track.velocity).all():
+            return dataclasses.replace(track, acceleration=np.zeros(3), covariance=np.zeros((9, 9)))
+        if sound is not None and t - sound.t <= self._config.ghost_s:
+            return sound
+        if np.isfinite(track.position).all():
+            return dataclasses.replace(
+                track, velocity=np.zeros(3), acceleration=np.zeros(3), covariance=np.zeros((9, 9))
+            )
+        return None
+
+    def _hypotheses(self, t: float, track: Track, doubt: float, ownship: Ownship) -> list[FloatArray]:
+        config = self._config
+        row = np.zeros(ik.N_INTRUDER)
+        # A track of another time is carried on straight.
+        row[:3] = track.position + track.velocity * (t - track.t)
+        row[3:6] = track.velocity
+        covariance = track.covariance
+        sigma_h = math.sqrt(max(0.5 * (covariance[0, 0] + covariance[1, 1]), 0.0))
+        sigma_v = math.sqrt(max(covariance[2, 2], 0.0))
+        for index, size, sigma in (
+            (ik.RADIUS, config.separation_radius_m, sigma_h),
+            (ik.HALF_HEIGHT, 0.5 * config.separation_height_m, sigma_v),
+        ):
+            row[index] = size * (1.0 + max(doubt, min(config.sigmas * sigma / size, config.sigma_cap)))
+        if config.constant_altitude:
+            row[ik.DOWN], row[ik.V_DOWN] = ownship.position[2], 0.0
+        rows = [row]
+        if config.turn_hypothesis:
+            rate = self._turn_rate(track)
+            if rate != 0.0:
+                turning = row.copy()
+                turning[ik.TURN_RATE], turning[ik.TURN_TIME] = rate, config.turn_time_s
+                rows.append(turning)
+        if config.climb_hypothesis_mps > 0.0 and not config.constant_altitude:
+            for change in (-config.climb_hypothesis_mps, config.climb_hypothesis_mps):
+                climbing = row.copy()
+                climbing[ik.V_DOWN] += change
+                rows.append(climbing)
+        return rows
+
+    def _turn_rate(self, track: Track) -> float:
+        """Return the turn rate (rad/s, positive clockwise from above) that the track's acceleration shows, if any."""
+        (vn, ve, _), (an, ae, _) = track.velocity, track.acceleration
+        speed = math.hypot(vn, ve)
+        if speed < _TURN_SPEED_MIN:
+            return 0.0
+        lateral = (vn * ae - ve * an) / speed
+        sigma = math.sqrt(max(0.5 * (track.covariance[6, 6] + track.covariance[7, 7]), 0.0))
+        return lateral / speed if abs(lateral) > self._config.turn_significance * sigma else 0.0
+
+    def _soonest(self, ownship: Ownship, rows: list[FloatArray], owners: list[Track]) -> Prediction:
+        most = self._config.intruders_max
+        if len(rows) > most:
+            array = np.array(rows)
+            distance = np.hypot(*(array[:, :2] - ownship.position[:2]).T) - array[:, ik.RADIUS]
+            closing = np.hypot(array[:, 3], array[:, 4]) + math.hypot(*ownship.velocity[:2])
+            order = np.argsort(distance / np.maximum(closing, 1e-3), kind="stable")[:most]
+            self.counters["left_out"] += len(rows) - most
+            return Prediction(array[order], tuple(owners[i] for i in order))
+        return Prediction(np.array(rows).reshape(-1, ik.N_INTRUDER), tuple(owners))
+
+
+def _finite(track: Track) -> bool:
+    total = track.position.sum() + track.velocity.sum() + track.acceleration.sum() + track.covariance.sum()
+    return math.isfinite(total)

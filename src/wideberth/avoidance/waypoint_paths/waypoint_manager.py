@@ -1,0 +1,279 @@
+"""The waypoint control function (thesis 4.4): when to plan a path, which waypoints stay, and the way back."""
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from wideberth.avoidance import decision_kernels as dk
+from wideberth.avoidance.keep_out.volumes import keep_out_arrays
+from wideberth.avoidance.local_level import ground_state
+from wideberth.avoidance.waypoint_paths.astar import Limits, cell_size
+from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
+from wideberth.avoidance.waypoint_paths.path_planner import JudgedPath, PathPlanner
+from wideberth.avoidance.waypoint_paths.prediction import Prediction, Predictor
+from wideberth.avoidance.wording import describe_maneuver
+from wideberth.conflict.cylinder_kernels import near_now
+from wideberth.types import FloatArray, Maneuver, Mission, Ownship, Threat, Track
+from wideberth.vehicles import kernels as vk
+
+_EPSILON = 1e-6  # s, so that a period of 0.1 s is met by steps of 0.1 s
+_SAME_PLACE = 1.0  # m
+_HOVERING = 0.3  # of the wanted speed: slower than this the ownship may begin in any direction
+_LATE = 1.5  # a maneuver may take so many times its planned time
+
+
+class AStarPlanner:
+    """A* with the waypoint control function, as a part: tracks in, a maneuver with its reason out.
+
+    While flying the mission its remaining waypoints are judged, during a maneuver those of the maneuver not yet visited
+    and the mission after them. `detections_needed` consecutive conflicts begin a maneuver or replace the rest of it.
+    A maneuver ends at the mission; it is replaced only by a path that meets less.
+
+    Parameters
+    ----------
+    config : AStarConfig
+    vehicle : ndarray
+        Parameters of the ownship's point mass (`vehicles.kernels`): its limits shape the grid.
+    """
+
+    Config: type[AStarConfig] = AStarConfig
+    _with_chain = False
+
+    def __init__(self, config: AStarConfig, vehicle: FloatArray) -> None:
+        self._config, self._vehicle = config, vehicle
+        self._free = dk.free_of_capture(vehicle)
+        self._predictor = Predictor(config)
+        keep_outs = keep_out_arrays(config.keep_out, config.keep_out_margin_m)
+        self._planner = PathPlanner(config, keep_outs, self._with_chain)
+        self._t_decided = -math.inf
+        self._counts = {"planned": 0, "replanned": 0, "kept": 0, "least_bad": 0, "no_waypoints_left": 0}
+        self._forget()
+
+    @property
+    def counters(self) -> Mapping[str, int]:
+        """What was decided how often, and what was wrong with tracks."""
+        return {**self._counts, **self._predictor.counters}
+
+    def _forget(self) -> None:
+        self._maneuver: Maneuver | None = None
+        self._path = np.empty((0, 3))  # of the maneuver, from where it was chosen
+        self._index = 0  # its waypoint that is flown to; those before are visited
+        self._rejoin = 0  # the mission's waypoint after it
+        self._cell = 0.0
+        self._detections = 0
+
+    def decide(
+        self, t: float, ownship: Ownship, tracks: Sequence[Track], threats: Sequence[Threat], mission: Mission
+    ) -> tuple[Maneuver | None, tuple[str, ...]]:
+        """Decide what to fly; between decisions the maneuver stays as it is.
+
+        Parameters
+        ----------
+        t : float
+            Now, s.
+        ownship : Ownship
+        tracks : sequence of Track
+        threats : sequence of Threat
+            One for every track; used for the words only.
+        mission : Mission
+
+        Returns
+        -------
+        maneuver : Maneuver or None
+            None: fly the mission.
+        events : tuple of str
+            What was decided, in words.
+        """
+        if t - self._t_decided < self._config.decision_period_s - _EPSILON:
+            return self._maneuver, ()
+        self._t_decided = t
+        prediction, events = self._predictor.predict(t, ownship, tracks)
+        if mission.index >= len(mission.waypoints):
+            self._counts["no_waypoints_left"] += 1
+            self._forget()
+            return None, events
+        x = ground_state(ownship)
+        limits = self._limits(mission)
+        if self._maneuver is not None:
+            self._index = int(dk.advance_index(x, self._path, self._index, self._free))
+            if self._index >= len(self._path) or t >= self._maneuver.valid_until:
+                self._forget()
+                events = (*events, "avoidance waypoints flown: return to the mission")
+        kept = self._planner.judge(self._remaining(x, mission), limits.speed, prediction, self._cell)
+        if not self._is_conflict(kept, ownship, prediction):
+            self._detections = 0
+            return self._maneuver, events
+        self._detections += 1
+        if self._detections < self._config.detections_needed or not self._may_replace(t, kept):
+            return self._maneuver, events
+        self._detections = 0
+        return self._plan(t, x, limits, prediction, threats, mission, kept, events)
+
+    def _limits(self, mission: Mission) -> Limits:
+        p, config = self._vehicle, self._config
+        wanted = float(mission.speeds[min(mission.index, len(mission.speeds) - 1)])
+        speed = min(max(wanted, p[vk.P_SPEED_MIN], 0.1), p[vk.P_SPEED_MAX])
+        return Limits(
+            speed=speed,
+            radius=vk.turn_radius(speed, config.bank_share * p[vk.P_BANK_MAX]),
+            climb_max=config.climb_share * p[vk.P_CLIMB_MAX],
+            sink_max=config.climb_share * p[vk.P_SINK_MAX],
+        )
+
+    def _remaining(self, x: FloatArray, mission: Mission) -> FloatArray:
+        """Return what is left to fly: from here, the maneuver's waypoints not yet visited, and the mission's."""
+        if self._maneuver is None:
+            return _distinct(x[:3], mission.waypoints[mission.index :])
+        return _distinct(x[:3], self._path[self._index :], mission.waypoints[self._rejoin :])
+
+    def _is_conflict(self, path: JudgedPath, ownship: Ownship, prediction: Prediction) -> bool:
+        """Return whether a cylinder is entered, by somebody near or soon (thesis alg. 3, line 19)."""
+        config = self._config
+        own = np.array(ownship.position, float)
+        return any(
+            entry <= config.detection_time_s
+            or (entry < math.inf and near_now(own, row, config.detection_distance_m, config.detection_height_m))
+            for entry, row in zip(path.entries, prediction.rows, strict=True)
+        )
+
+    def _may_replace(self, t: float, kept: JudgedPath) -> bool:
+        maneuver = self._maneuver
+        return maneuver is None or t - maneuver.t >= self._config.settle_s or kept.entry <= self._config.urgent_s
+
+    def _plan(
+        self,
+        t: float,
+        x: FloatArray,
+        limits: Limits,
+        prediction: Prediction,
+        threats: Sequence[Threat],
+        mission: Mission,
+        kept: JudgedPath,
+        events: tuple[str, ...],
+    ) -> tuple[Maneuver | None, tuple[str, ...]]:
+        course = float(x[4]) if x[3] > _HOVERING * limits.speed else math.nan
+        new: JudgedPath | None = None
+        (goal, rejoin), *others = self._goals(x, limits, mission)
+        if self._maneuver is not None:
+            points = _distinct(x[:3], self._path[self._index :])
+            new = self._planner.follow(points, course, self._cell, limits, prediction)
+            if new is not None and new.free:
+                rejoin = self._rejoin
+            else:
+                new = None
+        if new is None:
+            new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction)
+            if others and (new is None or not new.free):
+                # Somebody may cover the next waypoint: then it is given up for the one after it.
+                farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction)
+                if farther is not None and (new is None or farther.inside < new.inside):
+                    new, (goal, rejoin) = farther, others[0]
+        ahead = self._planner.judge(_up_to(kept, goal), limits.speed, prediction, kept.cell)
+        if new is None or new.inside >= ahead.inside:
+            # Nothing better than flying on; the conflict may lie beyond the goal, and is left for when that is passed.
+            if self._maneuver is not None or ahead.free:
+                self._counts["kept"] += 1
+                return self._maneuver, events
+            new = ahead
+        return self._adopt(t, x, new, rejoin, prediction, threats, kept, events)
+
+    def _goals(self, x: FloatArray, limits: Limits, mission: Mission) -> list[tuple[FloatArray, int]]:
+        """Return where the way back may end on the mission, each with the mission's waypoint after it.
+
+        The next waypoint that is at least a cell away, and the one after it; or the point of the way to them where that
+        leaves the grid.
+        """
+        cell = cell_size(self._config.cell_m, limits)
+        reach = self._config.reach_cells * cell
+        n = len(mission.waypoints)
+        along, before = 0.0, x[:3]
+        goals: list[tuple[FloatArray, int]] = []
+        for k in range(mission.index, n):
+            waypoint = mission.waypoints[k]
+            leg = math.dist(before, waypoint)
+            if along + leg > reach:
+                return [*goals, (before + (reach - along) / leg * (waypoint - before), k)]
+            along, before = along + leg, waypoint
+            if k == n - 1 or math.hypot(*(waypoint[:2] - x[:2])) >= cell:
+                goals.append((waypoint, k + 1))
+            if len(goals) == 2:
+                break
+        return goals
+
+    def _adopt(
+        self,
+        t: float,
+        x: FloatArray,
+        path: JudgedPath,
+        rejoin: int,
+        prediction: Prediction,
+        threats: Sequence[Threat],
+        kept: JudgedPath,
+        events: tuple[str, ...],
+    ) -> tuple[Maneuver, tuple[str, ...]]:
+        order = sorted(
+            np.flatnonzero(kept.entries < math.inf), key=lambda i: (kept.entries[i], prediction.owners[i].id)
+        )
+        involved = list(dict.fromkeys(prediction.owners[i].id for i in order))
+        first = prediction.owners[order[0]] if order else None
+        courses = [
+            vk.wrap_angle(math.atan2(b[1] - a[1], b[0] - a[0]) - x[4]) for a, b in itertools.pairwise(path.points)
+        ][:3]
+        reason = describe_maneuver(
+            label=first.label if first else None,
+            threat=next((threat for threat in threats if first and threat.track_id == first.id), None),
+            others=max(0, len(involved) - 1),
+            course_change=max(courses, key=abs),
+            height_change=max((float(x[2] - point[2]) for point in path.points[1:]), key=abs),
+            least_bad=not path.free,
+        )
+        self._counts["planned" if self._maneuver is None else "replanned"] += 1
+        self._counts["least_bad"] += not path.free
+        self._maneuver = Maneuver(
+            t=t,
+            waypoints=path.points[1:].copy(),
+            times=t + path.times[1:],
+            reason=reason,
+            valid_until=t + _LATE * float(path.times[-1]) + 5.0,
+            threat_ids=tuple(involved),
+            least_bad=not path.free,
+        )
+        self._path, self._index, self._rejoin, self._cell = path.points, 1, rejoin, path.cell
+        return self._maneuver, (*events, reason)
+
+
+class AStarChainPlanner(AStarPlanner):
+    """The same with the chain (thesis 4.4): A* at the first detection, afterwards the chain goes on from where it was.
+
+    A* is only searched again where the chain leads to no free path.
+    """
+
+    Config = AStarChainConfig
+    _with_chain = True
+
+
+def _distinct(start: FloatArray, *parts: FloatArray) -> FloatArray:
+    """Return the places of a path without those repeated; at least two."""
+    points = [np.array(start, float)]
+    for place in itertools.chain.from_iterable(parts):
+        if math.dist(place, points[-1]) > _SAME_PLACE:
+            points.append(np.array(place, float))
+    if len(points) == 1:
+        points.append(points[0].copy())
+    return np.array(points)
+
+
+def _up_to(path: JudgedPath, goal: FloatArray) -> FloatArray:
+    """Return the part of a path up to the place of it that is nearest to a goal."""
+    best, at, end = math.inf, 0, path.points[0]
+    for i, (a, b) in enumerate(itertools.pairwise(path.points)):
+        leg = b - a
+        length2 = float(leg @ leg)
+        s = min(1.0, max(0.0, float((goal - a) @ leg) / length2)) if length2 > 0.0 else 0.0
+        place = a + s * leg
+        distance = math.dist(place, goal)
+        if distance < best - _EPSILON:
+            best, at, end = distance, i, place
+    return _distinct(path.points[0], path.points[1 : at + 1], end[np.newaxis])

@@ -1,0 +1,216 @@
+"""Obvious twins of the kernels of keep-out volumes, A* and the chain."""
+
+import heapq
+import itertools
+import math
+from typing import Any
+
+import numpy as np
+
+from wideberth.types import FloatArray
+
+HEADINGS = [(1, 0), (1, 1), (0, 1), (-1, 1), (-1, 0), (-1, -1), (0, -1), (1, -1)]
+
+
+def inside_polygon(place: FloatArray, corners: FloatArray) -> bool:
+    """Sum of the angles under which the sides are seen: a full turn from inside, none from outside."""
+    turns = 0.0
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        u, v = a - place, b - place
+        turns += math.atan2(u[0] * v[1] - u[1] * v[0], u @ v)
+    return abs(turns) > math.pi
+
+
+def distance_to_outline(place: FloatArray, corners: FloatArray) -> float:
+    least = math.inf
+    for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        s = np.clip((place - a) @ (b - a) / max((b - a) @ (b - a), 1e-300), 0.0, 1.0)
+        least = min(least, float(np.linalg.norm(place - a - s * (b - a))))
+    return least
+
+
+def depth_in_volume(place: FloatArray, bottom: float, top: float, corners: FloatArray, margin: float) -> float:
+    """How deep a place is in a volume, m; negative outside."""
+    away = distance_to_outline(place[:2], corners)
+    flat = margin + away if len(corners) > 1 and inside_polygon(place[:2], corners) else margin - away
+    return float(min(flat, top + place[2], -place[2] - bottom))
+
+
+def place_at(row: FloatArray, t: float) -> FloatArray:
+    """Small steps along the turn, then straight."""
+    place, velocity = row[:3].copy(), row[3:6].copy()
+    rate, turning = row[8], min(max(t, 0.0), row[9])
+    n = 4000
+    if rate != 0.0 and turning > 0.0:
+        dt = turning / n
+        course, speed = math.atan2(velocity[1], velocity[0]), math.hypot(velocity[0], velocity[1])
+        for k in range(n):
+            middle = course + rate * dt * (k + 0.5)
+            place[:2] += speed * dt * np.array([math.cos(middle), math.sin(middle)])
+        course += rate * turning
+        velocity[:2] = speed * math.cos(course), speed * math.sin(course)
+        place[2] += velocity[2] * turning
+        return np.asarray(place + velocity * (t - turning))
+    return np.asarray(place + velocity * t)
+
+
+def seconds_inside(a: FloatArray, b: FloatArray, t: float, duration: float, row: FloatArray, scale: float) -> float:
+    """Share of many moments in which the ownship is in the cylinder."""
+    moments = (np.arange(2000) + 0.5) / 2000
+    inside = 0
+    for s in moments:
+        d = place_at_straight(row, t + s * duration) - a - s * (b - a)
+        inside += math.hypot(d[0], d[1]) <= scale * row[6] and abs(d[2]) <= scale * row[7]
+    return inside / len(moments) * duration
+
+
+def place_at_straight(row: FloatArray, t: float) -> FloatArray:
+    return np.asarray(row[:3] + row[3:6] * t)
+
+
+def edge_cost(
+    a: FloatArray, b: FloatArray, rise: int, turn: int, aside: float, t: float, grid: Any, cost: Any, rows: FloatArray
+) -> tuple[float, float]:
+    """Cost and duration of an edge in free air; `aside` is how far its end lies off the axis, in cells and levels."""
+    length = float(np.linalg.norm(b - a))
+    duration = length / grid["SPEED"]
+    flat = math.hypot(b[0] - a[0], b[1] - a[1])
+    total = cost["K_N"] * aside + (cost["K_LEFT"] if turn < 0 else 0.0)
+    if rise == 0:
+        total += cost["K_DIST"] * length / grid["CELL"]
+    else:
+        step = math.hypot(grid["CELL"], grid["LEVEL"])
+        total += cost["K_ALT"] * math.hypot(flat, grid["LEVEL"]) / step
+    velocity = (b - a) / duration
+    for row in rows:
+        nearest = math.inf
+        for k in range(1, 9):
+            d = place_at_straight(row, t + k / 8 * duration) - a - k / 8 * (b - a)
+            if abs(d[2]) <= row[7]:
+                nearest = min(nearest, math.hypot(d[0], d[1]))
+        reach = cost["VARRHO"] * row[6]
+        if nearest < reach:
+            total += cost["K_R"] * min((reach - nearest) / (reach - row[6]), 1.0)
+        inside = seconds_inside_exact(a, velocity, t, duration, row)
+        if inside > 0.0:
+            total += cost["K_MAX"] * max(inside / duration, 0.1)
+        s = place_at_straight(row, t + duration) - b
+        w = row[3:6] - velocity
+        t_cpa = -(s[:2] @ w[:2]) / (w[:2] @ w[:2]) if w[:2] @ w[:2] > 0.0 else 0.0
+        if t_cpa > 0.0:
+            d_cpa = float(np.linalg.norm(s[:2] + w[:2] * t_cpa))
+            if d_cpa <= reach and abs(s[2] + w[2] * t_cpa) <= cost["DELTA_2"] * row[7]:
+                total += cost["K_CPA"] / (max(d_cpa, 1.0) * max(t_cpa, 1.0))
+                along = velocity[:2] @ row[3:5] + np.linalg.norm(velocity[:2]) * np.linalg.norm(row[3:5])
+                total += cost["K_V"] * along / max(t_cpa, 1.0)
+    return total, duration
+
+
+def seconds_inside_exact(a: FloatArray, velocity: FloatArray, t: float, duration: float, row: FloatArray) -> float:
+    """Roots of the two conditions cut the edge into pieces that are inside or not as a whole."""
+    s, w = place_at_straight(row, t) - a, row[3:6] - velocity
+    cuts = [0.0, duration]
+    if w[2] != 0.0:
+        cuts += [(h - s[2]) / w[2] for h in (-row[7], row[7])]
+    roots = np.roots([w[:2] @ w[:2], 2.0 * (s[:2] @ w[:2]), s[:2] @ s[:2] - row[6] ** 2])
+    cuts += [float(r.real) for r in roots if abs(r.imag) < 1e-12]
+    cuts = sorted(c for c in cuts if 0.0 <= c <= duration)
+    inside = 0.0
+    for first, last in itertools.pairwise(cuts):
+        d = s + w * 0.5 * (first + last)
+        if math.hypot(d[0], d[1]) <= row[6] and abs(d[2]) <= row[7]:
+            inside += last - first
+    return inside
+
+
+def cheapest_path(grid: dict[str, float], cost: dict[str, float], heading: int, rows: FloatArray) -> float:
+    """Dijkstra's algorithm over the same moves, with exact arrival times, and no estimate of the rest."""
+
+    def place(i: int, j: int, level: int) -> FloatArray:
+        x, y = i * grid["CELL"], j * grid["CELL"]
+        return np.array([x, y, grid["SLOPE"] * min(max(x, 0.0), grid["GOAL"] * grid["CELL"]) - level * grid["LEVEL"]])
+
+    queue = [(0.0, 0, 0, 0, heading, 0.0)]
+    done = set()
+    while queue:
+        g, i, j, level, head, t = heapq.heappop(queue)
+        if (i, j, level) == (grid["GOAL"], 0, 0):
+            return g
+        key = (i, j, level, head, round(t, 6))
+        if key in done:
+            continue
+        done.add(key)
+        for turn, rise in ((-1, 0), (0, 0), (1, 0), (0, 1), (0, -1)):
+            new = (head + turn) % 8
+            ni, nj, nl = i + HEADINGS[new][0], j + HEADINGS[new][1], level + rise
+            if not (-grid["BEHIND"] <= ni <= grid["BEYOND"] and abs(nj) <= grid["ASIDE"]):
+                continue
+            if not grid["LEVEL_LOW"] <= nl <= grid["LEVEL_HIGH"]:
+                continue
+            a, b = place(i, j, level), place(ni, nj, nl)
+            added, duration = edge_cost(a, b, rise, turn, math.hypot(nj, nl), t, grid, cost, rows)
+            if t + duration <= grid["TIME_MAX"]:
+                heapq.heappush(queue, (g + added, ni, nj, nl, new, t + duration))
+    return math.inf
+
+
+def phi(x: float, x0: float, x1: float, k: float, f_max: float) -> float:
+    return f_max if x <= x0 else float(np.clip(k * (1.0 / (x - x0) - 1.0 / (x1 - x0)), 0.0, f_max))
+
+
+def wrapped(angle: float) -> float:
+    return math.atan2(math.sin(angle), math.cos(angle))
+
+
+def chain_forces(
+    points: FloatArray, velocities: FloatArray, course: float, rows: FloatArray, q: dict[str, float]
+) -> FloatArray:
+    """The forces of the errata, one mass after the other; on the masses that move."""
+    n = len(points)
+    links = np.diff(points, axis=0)
+    lengths = np.linalg.norm(links, axis=1)
+    times = np.concatenate(([0.0], np.cumsum(lengths) / q["SPEED"]))
+    mean = times[-1] / (n - 1)
+    courses = np.arctan2(links[:, 1], links[:, 0])
+    slopes = np.arctan2(-links[:, 2], np.hypot(links[:, 0], links[:, 1]))
+    before = np.concatenate(([course], courses[:-1]))
+    turns = np.array([wrapped(c - b) for c, b in zip(courses, before, strict=True)])
+    out = np.zeros((n, 3))
+    for i in range(1, n - 1):
+        for k, e in ((i, links[i]), (i - 1, -links[i - 1])):
+            out[i] += q["K"] * (lengths[k] - q["REST_LENGTH"]) * e / lengths[k]
+        out[i] += q["B"] * (velocities[i + 1] + velocities[i - 1] - 2.0 * velocities[i])
+        out[i] += q["KAPPA"] * (0.5 * (points[i - 1] + points[i + 1]) - points[i])
+        for k in (i - 1, i, i + 1):  # corners at this mass and at its neighbours
+            if k >= n - 1 or abs(turns[k]) <= q["THETA_MAX"]:
+                continue
+            push = q["LAMBDA"] * (abs(turns[k]) - q["THETA_MAX"])
+            if k == 0:
+                if i == 1:
+                    right = np.array([-math.sin(courses[0]), math.cos(courses[0]), 0.0])
+                    out[i] -= math.copysign(push, turns[0]) * right
+                continue
+            towards = 0.5 * (points[k - 1] + points[k + 1]) - points[k]
+            towards[2] = 0.0
+            towards *= push / np.linalg.norm(towards)
+            out[i] += towards if k == i else -0.5 * towards
+        for k, up in ((i, 1.0), (i - 1, -1.0)):
+            excess = abs(slopes[k]) - q["GAMMA_MAX"]
+            if excess > 0.0:
+                out[i, 2] -= up * q["LAMBDA"] * excess * np.sign(slopes[k])
+        threat = np.zeros(3)
+        for row in rows:
+            for j in (-1, 0, 1):
+                d = points[i] - place_at_straight(row, times[i] + j * mean)
+                flat, height = math.hypot(d[0], d[1]), abs(d[2])
+                reach, reach_v = q["DELTA_1"] * row[6], q["DELTA_2"] * row[7]
+                if flat >= reach or height >= reach_v:
+                    continue
+                fade_h = np.clip((reach - flat) / (reach - row[6]), 0.0, 1.0)
+                fade_v = np.clip((reach_v - height) / (reach_v - row[7]), 0.0, 1.0)
+                threat[:2] += phi(flat, row[6], reach, q["K_SH"], q["F_MAX"]) * fade_v * d[:2] / flat
+                threat[2] += phi(height, row[7], reach_v, q["K_SV"], q["F_MAX"]) * fade_h * np.sign(d[2])
+                threat -= q["K_B"] * row[3:6] / max(float(np.linalg.norm(d)), 1.0) * fade_h * fade_v
+        size = float(np.linalg.norm(threat))
+        out[i] += threat * min(1.0, q["F_MAX"] / size) if size > 0.0 else 0.0
+    return out

@@ -1,0 +1,233 @@
+"""The waypoint control function: when it plans, what it keeps, presets, and bad input."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from tests.made_waypoint_runs import (
+    SCENARIO_1,
+    SMALL_WING,
+    SPEED,
+    Straight,
+    fly,
+    tracks_of,
+)
+from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
+from wideberth.avoidance.waypoint_paths.prediction import Predictor
+from wideberth.avoidance.waypoint_paths.waypoint_manager import AStarChainPlanner, AStarPlanner
+from wideberth.types import AlertLevel, Mission, Ownship, Threat, TrackStatus
+from wideberth.vehicles.point_mass import parameters
+
+
+def planner(kind=AStarChainPlanner, **config):
+    return kind(kind.Config(**config), parameters(SMALL_WING))
+
+
+def own(position=(-400.0, 0.0, -200.0), velocity=(SPEED, 0.0, 0.0), t=0.0):
+    return Ownship(t, np.array(position, float), np.array(velocity, float))
+
+
+def mission(waypoints=SCENARIO_1[0], index=1):
+    return Mission(np.array(waypoints, float), np.full(len(waypoints), SPEED), 0.0, index)
+
+
+def tracks(t=0.0, intruders=SCENARIO_1[1]):
+    return tracks_of(Straight(intruders).truth(t))
+
+
+def decisions(part, seen, n=6, **changes):
+    """The decisions of n steps; `seen` gives the tracks of each."""
+    out = []
+    for k in range(n):
+        t = 0.1 * k
+        place = (-400.0 + SPEED * t, 0.0, -200.0)
+        out.append(part.decide(t, own(place, t=t), seen(k), (), mission(**changes)))
+    return out
+
+
+def test_n_consecutive_detections_begin_a_maneuver():
+    part = planner(detections_needed=4)
+    chosen = [maneuver for maneuver, _ in decisions(part, lambda k: tracks(0.1 * k))]
+    assert [maneuver is not None for maneuver in chosen] == [False, False, False, True, True, True]
+    assert chosen[3] is chosen[5]  # kept
+    # One step without a detection begins the count anew.
+    part = planner(detections_needed=4)
+    chosen = decisions(part, lambda k: [] if k == 3 else tracks(0.1 * k), n=8)
+    assert [maneuver is not None for maneuver, _ in chosen] == [False] * 7 + [True]
+
+
+def test_a_conflict_counts_only_near_or_soon():
+    far = [([1500.0, 0.0, -200.0], [-17.0, 0.0, 0.0])]
+    long_mission = {"waypoints": [[-400.0, 0.0, -200.0], [1800.0, 0.0, -200.0]]}
+    for config, begins in (({}, False), ({"detection_time_s": 80.0}, True), ({"detection_distance_m": 2e3}, True)):
+        chosen = decisions(planner(**config), lambda k: tracks(0.1 * k, far), **long_mission)
+        assert any(maneuver is not None for maneuver, _ in chosen) == begins
+
+
+def test_the_maneuver_in_words_and_times():
+    part = planner()
+    threat = Threat("i0", 31.0, 67.5, 0.0, 26.0, (26.0, 36.0), 1.0, AlertLevel.WARNING)
+    for k in range(3):
+        maneuver, events = part.decide(0.1 * k, own(t=0.1 * k), tracks(0.1 * k), (threat,), mission())
+    assert maneuver is not None
+    assert maneuver.reason in events
+    assert maneuver.reason.startswith("intruder I0 31 s ahead, miss 68 m")
+    assert "climb" in maneuver.reason
+    assert set(maneuver.threat_ids) == {"i0", "i1"}
+    lengths = np.linalg.norm(np.diff(np.vstack([own().position, maneuver.waypoints]), axis=0), axis=1)
+    np.testing.assert_allclose(maneuver.times - maneuver.t, np.cumsum(lengths) / SPEED, rtol=1e-9)
+    np.testing.assert_allclose(maneuver.waypoints[-1], mission().waypoints[-1])
+    assert maneuver.valid_until > maneuver.times[-1]
+    assert not maneuver.least_bad
+
+
+def test_visited_waypoints_stay_and_the_rest_is_planned_from_here():
+    """The second intruder turns up late: the waypoints flown by then are not flown again."""
+    late = [([200.0, 500.0, -235.0], [0.0, -15.0, 0.0])]
+
+    def see(truth, noise, rng):
+        seen = tracks_of(truth)
+        return seen if truth.t > 12.0 else seen[:1]
+
+    flown = fly((SCENARIO_1[0], [SCENARIO_1[1][0], *late]), see=see, levels=1)
+    assert flown.done
+    assert flown.violated == 0.0
+    assert len(flown.maneuvers) >= 1
+    for maneuver in flown.maneuvers[1:]:
+        here = flown.places[round(maneuver.t / 0.1)]
+        assert maneuver.waypoints[0, 0] > here[0] - 1.0
+
+
+def test_least_bad_paths_are_flagged_and_said():
+    """Surrounded by cylinders there is no free path."""
+    ring = [([-400.0 + 300.0 * math.cos(a), 300.0 * math.sin(a), -200.0], [0.0, 0.0, 0.0]) for a in np.arange(8)]
+    chosen = decisions(planner(constant_altitude=True), lambda k: tracks(0.1 * k, ring))
+    maneuver = chosen[-1][0]
+    assert maneuver is not None and maneuver.least_bad
+    assert "least bad" in maneuver.reason
+
+
+@pytest.mark.parametrize("kind", [AStarPlanner, AStarChainPlanner])
+def test_an_intruder_about_the_start_is_left(kind):
+    inside = [([-380.0, 30.0, -200.0], [3.0, 0.0, 0.0])]
+    flown = fly((SCENARIO_1[0], inside), kind)
+    assert flown.maneuvers and flown.maneuvers[0].least_bad
+    assert flown.done
+    assert flown.violated < 20.0
+
+
+@pytest.mark.parametrize(
+    "waypoints",
+    [
+        [[-400.0, 0, -200], [-400.0, 0, -200], [500.0, 0, -200], [500.0, 0, -200]],
+        [[-400.0, 0, -200], [-380.0, 0, -200], [-360.0, 0, -200], [500.0, 0, -200]],
+        [[-400.0, 0, -200], [0.0, 0, -200], [0.0, 300.0, -200], [500.0, 300.0, -220]],
+    ],
+)
+def test_repeated_close_and_turning_waypoints(waypoints):
+    flown = fly((np.array(waypoints), SCENARIO_1[1]))
+    assert flown.done
+    assert flown.violated == 0.0
+
+
+def test_no_waypoints_left_is_counted():
+    part = planner()
+    maneuver, events = part.decide(0.0, own(), tracks(), (), mission(index=2))
+    assert maneuver is None and events == ()
+    assert part.counters["no_waypoints_left"] == 1
+
+
+def test_a_mission_that_ends_here_does_not_stop_the_planner():
+    here = mission([[-400.0, 0.0, -200.0], [-400.0, 0.0, -200.0]])
+    part = planner()
+    for k in range(5):
+        part.decide(0.1 * k, own(), tracks(0.0, [([-390.0, 0.0, -200.0], [0.0, 0.0, 0.0])]), (), here)
+    assert part.counters["planned"] <= 1
+
+
+def broken(one, what):
+    bad = np.full(9, np.nan)
+    changes = {
+        "position": {"position": bad[:3]},
+        "velocity": {"velocity": bad[:3]},
+        "covariance": {"covariance": np.full((9, 9), np.inf)},
+        "all": {"position": bad[:3], "velocity": bad[:3], "covariance": np.full((9, 9), np.nan)},
+    }
+    return dataclasses.replace(one, **changes[what])
+
+
+@pytest.mark.parametrize("what", ["position", "velocity", "covariance", "all"])
+def test_a_track_that_is_not_finite_is_counted_and_avoided_where_it_was_going(what):
+    part = planner()
+    chosen = decisions(part, lambda k: tracks(0.1 * k) if k == 0 else [broken(o, what) for o in tracks(0.1 * k)])
+    assert part.counters["not_finite"] == 10
+    assert part.counters["unusable"] == 0
+    assert chosen[-1][0] is not None
+    said = [event for _, events in chosen for event in events if "not finite" in event]
+    assert len(said) == 2  # once for each, not at every step
+
+
+def test_a_track_that_never_was_finite_is_counted_and_said():
+    part = planner()
+    chosen = decisions(part, lambda k: [broken(o, "all") for o in tracks(0.1 * k)])
+    assert part.counters["unusable"] == 12
+    assert chosen[0][1] == tuple(f"track I{k} is not finite: it cannot be avoided" for k in range(2))
+    assert chosen[-1][0] is None
+    # Known by its place alone it is avoided there, with the widest cylinder.
+    rows = Predictor(AStarConfig()).predict(0.0, own(), [broken(tracks()[0], "velocity")])[0].rows
+    assert rows[0, 3:6] == pytest.approx(0.0) and rows[0, 6] == pytest.approx(1.5 * 153.0)
+
+
+def test_hundreds_of_intruders_take_no_more_than_the_budget():
+    rng = np.random.default_rng(1)
+    crowd = [([*rng.uniform(-3e3, 3e3, 2), -200.0], [*rng.uniform(-15, 15, 2), 0.0]) for _ in range(400)]
+    part = planner(intruders_max=20)
+    chosen = decisions(part, lambda k: tracks(0.1 * k, crowd))
+    assert part.counters["left_out"] == 6 * 380
+    assert any(maneuver is not None for maneuver, _ in chosen)
+
+
+def test_tentative_tracks_and_the_ownships_own():
+    def as_(**changes):
+        return lambda k: [dataclasses.replace(one, **changes) for one in tracks(0.1 * k)]
+
+    for changes in ({"is_ownship": True}, {"status": TrackStatus.TENTATIVE}):
+        assert decisions(planner(), as_(**changes))[-1][0] is None
+    assert decisions(planner(tentative=True), as_(status=TrackStatus.TENTATIVE))[-1][0] is not None
+
+
+def test_hypotheses_and_widening():
+    covariance = np.diag([100.0, 100.0, 400.0, 1, 1, 1, 0.01, 0.01, 0.01])
+    turning = dataclasses.replace(tracks()[0], acceleration=np.array([0.0, -1.7, 0.0]), covariance=covariance)
+    config = AStarConfig(turn_hypothesis=True, climb_hypothesis_mps=2.0, sigmas=2.0, sigma_cap=0.25)
+    rows = Predictor(config).predict(0.0, own(), [turning])[0].rows
+    assert len(rows) == 4
+    np.testing.assert_allclose(rows[:, 6], 153.0 + 20.0)
+    np.testing.assert_allclose(rows[:, 7], 30.5 * 1.25)  # two sigmas are more than the cap
+    assert rows[1, 8] == pytest.approx(1.7 / 17.0)  # to the east of flying south: clockwise is positive
+    assert sorted(rows[:, 5]) == [-2.0, 0.0, 0.0, 2.0]
+
+
+def test_presets_are_the_tables_and_any_value_can_be_given():
+    table = AStarConfig()
+    assert (table.costs.k_alt, table.costs.k_r, table.costs.varrho) == (559.0, 500.0, 2.3)
+    assert (table.forces.k_sh, table.forces.delta_2, table.forces.f_max) == (200.0, 2.639, 20.0)
+    assert (table.separation_radius_m, table.separation_height_m, table.cell_m) == (153.0, 61.0, 100.0)
+    flight = AStarChainConfig(preset="table_5_2", costs={"k_r": 7.0}, cell_m=12.0)
+    assert (flight.costs.k_r, flight.costs.k_max, flight.costs.varrho) == (7.0, 1e8, 4.0)
+    assert flight.cell_m == 12.0 and flight.constant_altitude and flight.forces.f_max == 50.0
+    assert AStarConfig(**table.model_dump()) == table  # what a recording holds reads back as the same
+    for wrong in (
+        {"preset": "table_9"},
+        {"costs": {"k_rr": 1.0}},
+        {"costs": 3},
+        {"altitude_min_m": 100.0, "altitude_max_m": 50.0},
+        {"trigger_margin": 0.3},
+        {"expansions_max": 0},
+        {"cell": 3.0},
+    ):
+        with pytest.raises(ValidationError):
+            AStarConfig(**wrong)

@@ -19,8 +19,14 @@ from wideberth.sensors.adsb.report import AdsbReport, TrafficSource
 from wideberth.sensors.adsb.report_list import ReportList
 from wideberth.sensors.adsb.sources import open_traffic
 from wideberth.sensors.radar.simulated import SimulatedRadar
-from wideberth.simulation.config import RandomTrafficConfig, RecordedTrafficConfig, SimulatedTrafficConfig
+from wideberth.simulation.config import (
+    NavigationConfig,
+    RandomTrafficConfig,
+    RecordedTrafficConfig,
+    SimulatedTrafficConfig,
+)
 from wideberth.simulation.modelled_sensors import ModelledRadar, ModelledSensor, ReceivedTraffic
+from wideberth.simulation.navigation import SimulatedNavigation
 from wideberth.simulation.random_encounters import draw_intruders
 from wideberth.simulation.recorded import RecordedTraffic
 from wideberth.simulation.simulated import SimulatedTraffic
@@ -225,4 +231,7 @@ def build_world(
     """Return the simulated world of a scenario; `observer` is told the true states of every sub-step."""
     wind: FloatArray = scenario.wind.vector()
     vehicle = scenario.ownship.target(scenario.ownship.config, wind)
-    return SimWorld(mission, vehicle, traffic.truth, traffic.sensors, observer)
+    # Without faults the pipeline is told the true state, with a covariance of zero, as it is by the fast Monte Carlo.
+    faulty = scenario.navigation != NavigationConfig()
+    navigation = SimulatedNavigation(scenario.navigation, scenario.seed) if faulty else None
+    return SimWorld(mission, vehicle, traffic.truth, traffic.sensors, observer, navigation)

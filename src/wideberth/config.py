@@ -22,6 +22,7 @@ from wideberth.simulation.config import (
     EvaluationConfig,
     MissionConfig,
     MonteCarloConfig,
+    NavigationConfig,
     OriginConfig,
     PositionConfig,
     RandomTrafficConfig,
@@ -54,6 +55,7 @@ class _GeneralConfig(PartConfig):
     origin: OriginConfig | None = None
     mission: MissionConfig | None = None
     wind: WindConfig = WindConfig()
+    navigation: NavigationConfig = NavigationConfig()
     evaluation: EvaluationConfig = EvaluationConfig()
     montecarlo: MonteCarloConfig = MonteCarloConfig()
 
@@ -77,6 +79,7 @@ class ScenarioConfig:
     mission : MissionConfig or None
         None: to be given with the run.
     wind : WindConfig
+    navigation : NavigationConfig
     evaluation : EvaluationConfig
     montecarlo : MonteCarloConfig
     traffic : SimulatedTrafficConfig, RandomTrafficConfig or RecordedTrafficConfig
@@ -94,6 +97,7 @@ class ScenarioConfig:
     origin: OriginConfig | None
     mission: MissionConfig | None
     wind: WindConfig
+    navigation: NavigationConfig
     evaluation: EvaluationConfig
     montecarlo: MonteCarloConfig
     traffic: SimulatedTrafficConfig | RandomTrafficConfig | RecordedTrafficConfig

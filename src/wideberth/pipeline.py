@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Protocol
 
+from wideberth.navigation_watch import NavigationWatch
 from wideberth.sensor_watch import SensorWatch
 from wideberth.tracking.lost_traffic import LostTraffic
 from wideberth.tracking.own_tracks import OwnTracks
@@ -113,6 +114,7 @@ class Pipeline:
         self._planner = planner
         self._lost = LostTraffic(lost_memory)
         self._own = OwnTracks()
+        self._navigation = NavigationWatch()
         self._levels = AlertFilter(LEVEL_HOLD)
         self._counter = counter
         self._watch = watch if watch is not None else SensorWatch({}, 0.0)
@@ -130,6 +132,7 @@ class Pipeline:
         t : float
             Now, s; later than at the step before.
         ownship : Ownship
+            The latest telemetry; its `t` is when it was true.
         scans : sequence of Scan
             What the sensors gave since the step before.
         mission : Mission
@@ -140,8 +143,10 @@ class Pipeline:
         Snapshot
         """
         c0 = self._counter()
-        found, events = self._tracker.step(t, scans, ownship)
-        tracks = self._own.step(found, ownship.position)
+        ownship, told = self._navigation.step(t, ownship)
+        sure = ownship.state == "ok"
+        found, events = self._tracker.step(t, scans, ownship if sure else None)
+        tracks = self._own.step(found, ownship.position, sure)
         lost = self._lost.step(t, tracks)
         # A radar on the ground sees the ownship as well: nobody has to avoid himself.
         others = tuple(track for track in (*tracks, *lost) if not track.is_ownship)
@@ -154,7 +159,7 @@ class Pipeline:
         c3 = self._counter()
         sensors, sound, states = self._watch.step(t, ownship, scans)
         alert = max((threat.level for threat in threats), default=AlertLevel.CLEAR)
-        if not sound or any(_is_near(ownship, track) for track in lost):
+        if not (sound and sure) or any(_is_near(ownship, track) for track in lost):
             alert = max(alert, AlertLevel.UNKNOWN)
         return Snapshot(
             t=t,
@@ -166,5 +171,5 @@ class Pipeline:
             mission_index=mission.index,
             sensors=sensors,
             stage_times={"tracking": c1 - c0, "conflict": c2 - c1, "avoidance": c3 - c2},
-            events=(*states, *events, *decisions),
+            events=(*told, *states, *events, *decisions),
         )

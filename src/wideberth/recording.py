@@ -26,17 +26,7 @@ from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
 from wideberth.recording_codec import ARRAY_TEXT, decoder, describe, encode, encode_other
 from wideberth.simulation.truth import Truth
-from wideberth.types import (
-    Maneuver,
-    Mission,
-    Ownship,
-    Scan,
-    SensorHealth,
-    Snapshot,
-    SourceInfo,
-    Threat,
-    Track,
-)
+from wideberth.types import Maneuver, Mission, Ownship, Scan, SensorHealth, Snapshot, SourceInfo, Threat, Track
 
 FloatArray = NDArray[np.float64]
 
@@ -178,11 +168,13 @@ class Recorder:
         schema_id = self._writer.register_schema(f"wideberth.{topic}", "text", schema.encode())
         return self._writer.register_channel(topic, encoding, schema_id)
 
-    def write(self, snapshot: Snapshot, scans: list[Scan], truth: Truth | None = None) -> None:
-        """Add one step: what came out, what went in (`snapshot.ownship` and the scans), and the true states."""
+    def write(
+        self, snapshot: Snapshot, scans: list[Scan], truth: Truth | None = None, telemetry: Ownship | None = None
+    ) -> None:
+        """Add one step: what came out, what went in (`telemetry`, if not the snapshot's, and scans), true states."""
         t = snapshot.t
         with _Guard(self):
-            self._add("inputs", t, _Inputs(t, snapshot.ownship, list(scans)))
+            self._add("inputs", t, _Inputs(t, snapshot.ownship if telemetry is None else telemetry, list(scans)))
             self._add("snapshot", t, snapshot)
             if truth is not None:
                 self._add("truth", t, truth)

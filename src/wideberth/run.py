@@ -133,7 +133,7 @@ def _loop(
         world.actuate(t, snapshot.maneuver)
         metrics.observe(snapshot)
         if recorder is not None:
-            recorder.write(snapshot, scans, world.truth(t) if traffic.known else None)
+            recorder.write(snapshot, scans, world.truth(t) if traffic.known else None, ownship)
         if progress is not None:
             progress(t - mission.t_start, planned, snapshot)
         if world.done or t - mission.t_start >= longest:

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from wideberth.types import FloatArray, Ownship, Scan, SensorHealth
 
 SILENT_INTERVALS, SILENT_LEAST = 3.0, 1.0
-"""A sensor without a scan for so many of its intervals, and for so many seconds, is silent."""
+"""A sensor without a scan for so many of its intervals, and for so many seconds, is silent. For as long after its first
+scan it watches nothing yet: what it saw once has not become a track."""
 
 WATCHED_PROBABILITY = 0.5
 """A place is watched where an aircraft is seen in at least this share of the looks."""
@@ -42,6 +43,7 @@ class SensorWatch:
         self._circle = radius * np.stack([np.cos(turn), np.sin(turn), np.zeros(_DIRECTIONS)], axis=1)
         self._start = math.nan
         self._last: dict[str, Scan] = {}
+        self._heard_from: dict[str, float] = {}
         self._states: dict[str, str] = {}
         self._watched = True
 
@@ -68,24 +70,33 @@ class SensorWatch:
         if math.isnan(self._start):
             self._start = t
         sensors = {scan.sensor: scan.health for scan in scans if scan.health is not None}
-        self._last.update((scan.sensor, scan) for scan in scans if scan.sensor in self._intervals)
-        for name, interval in self._intervals.items():
+        for scan in scans:
+            if scan.sensor in self._intervals:
+                last = self._last.get(scan.sensor)
+                if last is None or scan.t - last.t > self._patience(scan.sensor):
+                    self._heard_from[scan.sensor] = scan.t
+                self._last[scan.sensor] = scan
+        for name in self._intervals:
             if name not in sensors:
-                sensors[name] = self._unheard(t, name, interval)
+                sensors[name] = self._unheard(t, name)
         events = self._changes(sensors)
-        watched = self._is_watched(ownship, sensors)
+        watched = self._is_watched(t, ownship, sensors)
         if watched is not self._watched:
             events.append("all around is watched again" if watched else "not all around is watched by a sensor")
             self._watched = watched
         return sensors, watched and all(health.state == "ok" for health in sensors.values()), tuple(events)
 
-    def _unheard(self, t: float, name: str, interval: float) -> SensorHealth:
+    def _patience(self, name: str) -> float:
+        """Return how long a sensor may say nothing, s."""
+        return max(SILENT_INTERVALS * self._intervals[name], SILENT_LEAST)
+
+    def _unheard(self, t: float, name: str) -> SensorHealth:
         """Return the health of a sensor without a scan in this step."""
         scan = self._last.get(name)
         since = self._start if scan is None else scan.t
         known = scan.health if scan is not None and scan.health is not None else SensorHealth(math.inf, 0.0, {})
         age = math.inf if scan is None else t - scan.t
-        if t - since <= max(SILENT_INTERVALS * interval, SILENT_LEAST):
+        if t - since <= self._patience(name):
             return dataclasses.replace(known, age=age)
         return dataclasses.replace(known, age=age, rate=0.0, state=f"silent for {t - since:.0f} s")
 
@@ -99,14 +110,16 @@ class SensorWatch:
             self._states[name] = kind
         return changes
 
-    def _is_watched(self, ownship: Ownship, sensors: Mapping[str, SensorHealth]) -> bool:
-        """Return whether the sensors that are well watch the whole circle."""
+    def _is_watched(self, t: float, ownship: Ownship, sensors: Mapping[str, SensorHealth]) -> bool:
+        """Return whether the sensors that are well, and have been heard for long enough, watch the whole circle."""
         if not self._intervals:
             return True
         points = ownship.position + self._circle
         missing = np.ones(len(points), np.bool_)
         for name, scan in self._last.items():
-            if sensors[name].state == "ok":
+            # Times are sums of tenths.
+            settled = t - self._heard_from[name] >= self._patience(name) - 1e-6
+            if settled and sensors[name].state == "ok":
                 missing &= ~_watches(scan, points)
         return not missing.any()
 

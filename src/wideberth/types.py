@@ -42,6 +42,8 @@ class Ownship:
         Rotation C_ned_body.
     covariance : ndarray, shape (6, 6)
         Of position and velocity.
+    state : str
+        "ok", or in words why the state is only an extrapolation that may be wrong.
     """
 
     t: float
@@ -49,6 +51,7 @@ class Ownship:
     velocity: FloatArray
     attitude: FloatArray = field(default_factory=lambda: np.eye(3))
     covariance: FloatArray = field(default_factory=lambda: np.zeros((6, 6)))
+    state: str = "ok"
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity"):
@@ -302,13 +305,14 @@ class Snapshot:
     ----------
     t : float
     ownship : Ownship
+        As it is believed to be at `t`, whatever telemetry says.
     tracks : tuple of Track
     threats : tuple of Threat
     maneuver : Maneuver or None
         None: fly the mission.
     alert_state : AlertLevel
         The worst level of all threats; at least `AlertLevel.UNKNOWN` if a sensor is silent, if some direction around
-        the ownship is not watched by any, or if a near aircraft was lost.
+        the ownship is not watched by any, if a near aircraft was lost, or if the ownship's own state is not "ok".
     mission_index : int
         The mission waypoint that is flown to.
     sensors : mapping of str to SensorHealth

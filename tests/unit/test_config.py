@@ -105,7 +105,8 @@ def test_local_and_geodetic_points_agree() -> None:
 
 def test_local_points_alone_need_an_origin() -> None:
     local = {"north_m": 100.0, "east_m": -50.0, "altitude_m": 300.0}
-    built = build_scenario(scenario(mission={"speed_mps": 10.0, "waypoints": [local, local]}))
+    other = local | {"east_m": 50.0}
+    built = build_scenario(scenario(mission={"speed_mps": 10.0, "waypoints": [local, other]}))
     with pytest.raises(InputError, match=r"origin: missing"):
         built.frame()
 

@@ -14,7 +14,7 @@ from wideberth.simulation.modelled_sensors import ModelledSensor
 from wideberth.simulation.replay import ReplayWorld
 from wideberth.simulation.simulated import SimulatedTraffic
 from wideberth.simulation.truth import Truth
-from wideberth.simulation.world import NavigationErrors, SimWorld
+from wideberth.simulation.world import SimWorld
 from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Scan, Snapshot
 from wideberth.vehicles.config import PointMassConfig
 from wideberth.vehicles.point_mass import PointMass
@@ -181,20 +181,6 @@ def test_bad_mission_is_refused() -> None:
     for change in ({"waypoints": np.zeros((1, 3))}, {"waypoints": np.full((3, 3), np.nan)}, {"speeds": np.zeros(3)}):
         with pytest.raises(ValueError, match="mission"):
             world(mission=replace(MISSION, **change))
-
-
-def test_navigation_errors_have_their_size_and_say_so() -> None:
-    w = SimWorld(MISSION, PointMass(PointMassConfig()), EMPTY, [], navigation=NavigationErrors(5.0, 0.5, 1))
-    errors = []
-    for k in range(400):
-        ownship, _ = w.sense(1000.0 + 0.1 * k)
-        errors.append(np.concatenate([ownship.position - w.vehicle.state[:3], ownship.velocity - w.vehicle.velocity]))
-    assert np.allclose(np.sqrt(np.diag(ownship.covariance)), [5, 5, 5, 0.5, 0.5, 0.5])
-    # 1200 samples each: 20 % is 9.8 standard errors.
-    assert np.std(np.array(errors)[:, :3]) == pytest.approx(5.0, rel=0.2)
-    assert np.std(np.array(errors)[:, 3:]) == pytest.approx(0.5, rel=0.2)
-    with pytest.raises(ValueError, match="navigation errors"):
-        NavigationErrors(-1.0, 0.0, 1)
 
 
 def scan(t: float, positions: FloatArray) -> Scan:

@@ -81,7 +81,10 @@ def _check_speeds(waypoints: Sequence[WaypointConfig], speed_mps: float | None) 
 
 
 class MissionConfig(PartConfig):
-    """The path that the ownship is to fly; the first waypoint is where it starts."""
+    """The path that the ownship is to fly; the first waypoint is where it starts.
+
+    A waypoint that repeats the one before is passed with it; two must differ.
+    """
 
     waypoints: Annotated[tuple[WaypointConfig, ...], Field(min_length=2)]
     speed_mps: Annotated[float, Field(gt=0.0, le=1000.0)] | None = None
@@ -90,6 +93,12 @@ class MissionConfig(PartConfig):
     @model_validator(mode="after")
     def _speeds_known(self) -> Self:
         _check_speeds(self.waypoints, self.speed_mps)
+        return self
+
+    @model_validator(mode="after")
+    def _leads_somewhere(self) -> Self:
+        if len({(w.lat_deg, w.lon_deg, w.north_m, w.east_m) for w in self.waypoints}) < 2:
+            raise ValueError("waypoints are all at one place: give two at least that differ by more than height")
         return self
 
     def mission(self, frame: LocalFrame) -> Mission:
@@ -108,6 +117,46 @@ class WindConfig(PartConfig):
     def vector(self) -> FloatArray:
         """Return the velocity of the air in the local frame (north, east, down), shape (3,), m/s."""
         return np.array([self.north_mps, self.east_mps, -self.up_mps])
+
+
+class NavigationConfig(PartConfig):
+    """What is wrong with the ownship's own position and velocity, as told to the pipeline.
+
+    Guidance and the sensors on board know their true state: only what the pipeline is told is wrong.
+
+    Attributes
+    ----------
+    position_sigma_m, velocity_sigma_mps : float
+        Of the errors on each axis.
+    time_constant_s : float
+        Over which errors keep their values; 0: they are white.
+    jump_at_s, jump_until_s : float or None
+        When the position is shifted, after the mission's start; until the end, if that is left out.
+    jump_north_m, jump_east_m, jump_up_m : float
+    lost_from_s, lost_until_s : float or None
+        When no telemetry comes; until the end, if that is left out.
+    """
+
+    position_sigma_m: Annotated[float, Field(ge=0.0, le=10_000.0)] = 0.0
+    velocity_sigma_mps: Annotated[float, Field(ge=0.0, le=100.0)] = 0.0
+    time_constant_s: Annotated[float, Field(ge=0.0, le=1e6)] = 0.0
+    jump_at_s: Annotated[float, Field(ge=0.0)] | None = None
+    jump_until_s: Annotated[float, Field(ge=0.0)] | None = None
+    jump_north_m: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
+    jump_east_m: Annotated[float, Field(ge=-1e6, le=1e6)] = 0.0
+    jump_up_m: Annotated[float, Field(ge=-1e5, le=1e5)] = 0.0
+    lost_from_s: Annotated[float, Field(gt=0.0)] | None = None
+    lost_until_s: Annotated[float, Field(gt=0.0)] | None = None
+
+    @model_validator(mode="after")
+    def _faults_are_whole(self) -> Self:
+        if self.jump_at_s is None and any((self.jump_north_m, self.jump_east_m, self.jump_up_m)):
+            raise ValueError("jump_at_s is missing: give when the position jumps")
+        for start, end in (("jump_at_s", "jump_until_s"), ("lost_from_s", "lost_until_s")):
+            first, last = getattr(self, start), getattr(self, end)
+            if last is not None and (first is None or last <= first):
+                raise ValueError(f"{end} needs a {start} before it")
+        return self
 
 
 class LegConfig(PartConfig):

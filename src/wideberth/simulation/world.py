@@ -47,31 +47,11 @@ class Sensor(Protocol):
         """Return what it saw since the last call, in no or several scans; `ownship` is the true one at `t`."""
 
 
-class NavigationErrors:
-    """White errors on the ownship's own position and velocity.
+class Navigation(Protocol):
+    """What the ownship's own navigation makes of its true state."""
 
-    Parameters
-    ----------
-    position_sigma, velocity_sigma : float
-        Per axis, m and m/s.
-    seed : int
-    """
-
-    def __init__(self, position_sigma: float, velocity_sigma: float, seed: int) -> None:
-        if not (0 <= position_sigma < math.inf and 0 <= velocity_sigma < math.inf):
-            raise ValueError(f"navigation errors must be >= 0 and finite: {position_sigma}, {velocity_sigma}")
-        self._sigma = np.repeat([position_sigma, velocity_sigma], 3)
-        self._random = np.random.default_rng([seed, 0x0E])
-
-    def apply(self, ownship: Ownship) -> Ownship:
-        """Return the ownship as its navigation knows it, with the errors' covariance."""
-        error = self._sigma * self._random.standard_normal(6)
-        return dataclasses.replace(
-            ownship,
-            position=ownship.position + error[:3],
-            velocity=ownship.velocity + error[3:],
-            covariance=np.diag(self._sigma**2),
-        )
+    def sense(self, ownship: Ownship) -> Ownship:
+        """Return the latest telemetry when the ownship truly is as given."""
 
 
 Observer = Callable[[float, FloatArray, FloatArray, Truth], None]
@@ -94,8 +74,8 @@ class SimWorld:
     observer : callable, optional
         Told time, the ownship's true position and velocity, and the truth, at the start and after every sub-step of at
         most 0.1 s: ``observer(t, position, velocity, truth)``.
-    navigation : NavigationErrors, optional
-        By default the ownship knows its state exactly.
+    navigation : Navigation, optional
+        What the pipeline is told; guidance flies by the true state. By default the pipeline is told that too.
     """
 
     def __init__(
@@ -105,7 +85,7 @@ class SimWorld:
         traffic: TruthSource,
         sensors: Sequence[Sensor],
         observer: Observer | None = None,
-        navigation: NavigationErrors | None = None,
+        navigation: Navigation | None = None,
     ) -> None:
         self.vehicle = vehicle
         self.traffic = traffic
@@ -173,7 +153,7 @@ class SimWorld:
         self._t = t
         ownship = self.vehicle.ownship(t)
         scans = [scan for sensor in self._sensors for scan in sensor.sense(t, ownship)]
-        return (self._navigation.apply(ownship) if self._navigation else ownship), scans
+        return (self._navigation.sense(ownship) if self._navigation else ownship), scans
 
     def actuate(self, t: float, maneuver: Maneuver | None) -> None:
         """Fly `maneuver` from time `t` on, at most while it is valid; None: fly the mission.

@@ -23,7 +23,7 @@ class OwnTracks:
     def __init__(self) -> None:
         self._updated: dict[str, float] = {}
 
-    def step(self, tracks: Sequence[Track], own_position: FloatArray) -> tuple[Track, ...]:
+    def step(self, tracks: Sequence[Track], own_position: FloatArray, sure: bool = True) -> tuple[Track, ...]:
         """Return the tracks, with those marked that are still the ownship's.
 
         Parameters
@@ -32,6 +32,8 @@ class OwnTracks:
             Those that the tracker found to be the ownship's are marked already.
         own_position : ndarray, shape (3,)
             NED, m.
+        sure : bool
+            Whether that place is known; otherwise what was the ownship's stays so.
         """
         found = any(track.is_ownship for track in tracks)
         before, self._updated = self._updated, {}
@@ -40,8 +42,10 @@ class OwnTracks:
             was = track.id in before
             seen = was and track.t_last_update != before[track.id]
             near = bool(np.linalg.norm(track.position - own_position) <= HOLD_RADIUS) if was and not found else False
-            own = track.is_ownship or (was and (near or not seen))
+            own = track.is_ownship or (was and (near or not seen or not sure))
             if own:
-                self._updated[track.id] = track.t_last_update if track.is_ownship or near else before[track.id]
+                self._updated[track.id] = (
+                    track.t_last_update if track.is_ownship or near or not sure else before[track.id]
+                )
             marked.append(dataclasses.replace(track, is_ownship=True) if own and not track.is_ownship else track)
         return tuple(marked)

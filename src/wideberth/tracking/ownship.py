@@ -57,7 +57,8 @@ def telemetry_covariance(config: OwnshipConfig, reported: FloatArray | None = No
     ----------
     config : OwnshipConfig
     reported : ndarray, shape (6, 6), optional
-        The telemetry's own; where any of it is not finite, or its diagonal is zero, the configured sigmas stand in.
+        The telemetry's own; the configured sigmas stand in where its diagonal is zero, and for all of it if it is not
+        finite or has a negative variance.
     age_s : float
         Age of the telemetry, s, over which it was extrapolated.
 
@@ -68,8 +69,9 @@ def telemetry_covariance(config: OwnshipConfig, reported: FloatArray | None = No
     h, v = config.position_sigma_m, config.altitude_sigma_m
     sh, sv = config.velocity_sigma_mps, config.vertical_velocity_sigma_mps
     covariance = np.diag(np.array([h, h, v, sh, sh, sv]) ** 2)
-    if reported is not None and np.isfinite(reported).all() and (np.diag(reported) > 0.0).all():
-        covariance = np.array(reported, float)
+    if reported is not None and np.isfinite(reported).all() and (np.diag(reported) >= 0.0).all():
+        unsaid = np.diag(reported) == 0.0
+        covariance = np.where(unsaid[:, None] | unsaid, covariance, reported)
     if age_s:
         f = np.eye(6)
         f[:3, 3:] = age_s * np.eye(3)

@@ -147,7 +147,7 @@ class Experiment:
     def resolved(self) -> dict[str, Any]:
         """Return every setting, defaults included, as plain values that `build_experiment` takes."""
         table = self.scenario.resolved()
-        for key in ("traffic", "mission", "wind", "evaluation", "origin", "avoid"):
+        for key in ("traffic", "mission", "wind", "navigation", "evaluation", "origin", "avoid"):
             table.pop(key, None)
         for key in ("encounter", "errors", "scoring"):
             table[key] = getattr(self, key).model_dump(mode="json", exclude_none=True)
@@ -164,7 +164,7 @@ _TABLES: Mapping[str, type[PartConfig]] = {
     "errors": ErrorsConfig,
     "scoring": ScoringConfig,
 }
-_NOT_HERE = ("traffic", "mission", "origin", "wind", "duration_s", "avoid", "evaluation")
+_NOT_HERE = ("traffic", "mission", "origin", "wind", "navigation", "duration_s", "avoid", "evaluation")
 _ORIGIN = {"lat_deg": 40.25, "lon_deg": -111.65}  # anywhere: encounters are local
 
 

@@ -202,6 +202,15 @@ def waypoint_passed(x: FloatArray, waypoints: FloatArray, index: int, p: FloatAr
 
 
 @jit_uncounted
+def airspeed_for(speed: float, course: float, climb: float, wind: FloatArray) -> float:
+    """Return the airspeed (m/s) that, with the wind, gives a ground speed along a course while climbing."""
+    if wind[0] != 0.0 or wind[1] != 0.0:
+        an, ae = speed * math.cos(course) - wind[0], speed * math.sin(course) - wind[1]
+        speed = math.sqrt(an * an + ae * ae)
+    return math.sqrt(speed * speed + climb * climb)
+
+
+@jit_uncounted
 def follow_path(
     x: FloatArray,
     waypoints: FloatArray,
@@ -246,12 +255,7 @@ def follow_path(
             vn, ve = velocity_level(x, wind)
             slope *= max(vn * qn + ve * qe, 0.0)
     climb = clip(slope + p[P_ALTITUDE_GAIN] * (altitude + x[DOWN]), -p[P_SINK_MAX], p[P_CLIMB_MAX])
-    air_speed = speeds[target]
-    if wind[0] != 0.0 or wind[1] != 0.0:
-        # The air velocity that, with the wind, gives the wanted ground speed along the commanded course.
-        an, ae = air_speed * math.cos(course) - wind[0], air_speed * math.sin(course) - wind[1]
-        air_speed = math.sqrt(an * an + ae * ae)
-    u[0] = clip(math.sqrt(air_speed * air_speed + climb * climb), p[P_SPEED_MIN], p[P_SPEED_MAX])
+    u[0] = clip(airspeed_for(speeds[target], course, climb, wind), p[P_SPEED_MIN], p[P_SPEED_MAX])
     u[1] = course
     u[2] = climb
     return index
@@ -309,5 +313,6 @@ def warmup() -> None:
     leg_start(waypoints, 1)
     leg_end(waypoints, 0)
     turn_radius(1.0, 1.0)
+    airspeed_for(1.0, 0.0, 0.0, wind)
     wrap_angle(1.0)
     clip(1.0, 0.0, 2.0)

@@ -7,7 +7,7 @@ import numpy as np
 from wideberth.frames import rotation_ned_body
 from wideberth.types import FloatArray, Ownship
 from wideberth.vehicles import kernels
-from wideberth.vehicles.config import PointMassConfig
+from wideberth.vehicles.config import FixedWingConfig, MultirotorConfig, PointMassConfig
 
 
 class PointMass:
@@ -64,7 +64,7 @@ class PointMass:
         return Ownship(t, x[:3].copy(), self.velocity, attitude)
 
 
-def parameters(config: PointMassConfig) -> FloatArray:
+def parameters(config: PointMassConfig | FixedWingConfig | MultirotorConfig) -> FloatArray:
     """Return the kernels' parameter array of a configuration."""
     p = np.empty(kernels.N_PARAMS)
     p[kernels.P_TAU_SPEED] = config.speed_time_constant_s

@@ -12,7 +12,17 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from benchmarks import bluesky_encounters, detection_range, encounters, frames, pairs, radar_trackers, steps, tracking
+from benchmarks import (
+    bluesky_encounters,
+    detection_range,
+    encounters,
+    frames,
+    pairs,
+    radar_samples,
+    radar_trackers,
+    steps,
+    tracking,
+)
 
 RESULTS = Path(__file__).resolve().parent / "results"
 Numbers = Mapping[str, float | str]
@@ -36,6 +46,8 @@ AIMS = (
     Aim("radar trackers", "ratio_to_stone_soup_jpda", 200.0, at_least=True),
     Aim("radar trackers", "ospa_over_stone_soup_gnn", 1.0, at_least=False),
     Aim("radar trackers", "ospa_over_stone_soup_jpda", 1.0, at_least=False),
+    Aim("radar samples", "simulate_ms", 30.0, at_least=False),
+    Aim("radar samples", "process_ms", 10.0, at_least=False),
     Aim("encounters", "encounters_with_1_per_cpu_second", 2000.0, at_least=True),
     Aim("encounters", "encounters_with_5_per_cpu_second", 400.0, at_least=True),
     Aim("encounters", "ratio_to_bluesky_1_s", 150.0, at_least=True),
@@ -70,6 +82,7 @@ def jobs() -> dict[str, Callable[[], Numbers]]:
         "frames": frames.measure,
         "tracking": tracking.measure,
         "radar trackers": radar_trackers.measure,
+        "radar samples": radar_samples.measure,
         "detection range": detection_range.measure,
         "encounters": encounters.measure,
     }

@@ -57,6 +57,18 @@ def rotation_ned_body(roll: float, pitch: float, yaw: float) -> FloatArray:
     )
 
 
+def euler_angles(rotation: FloatArray) -> tuple[float, float, float]:
+    """Return roll, pitch and yaw, rad, of a rotation C_ned_body (3, 3); roll is 0 where it looks straight up or down.
+
+    The inverse of `rotation_ned_body`.
+    """
+    level = math.hypot(rotation[0, 0], rotation[1, 0])
+    pitch = math.atan2(-rotation[2, 0], level)
+    if level < 1e-9:
+        return 0.0, pitch, math.atan2(-rotation[0, 1], rotation[1, 1])
+    return math.atan2(rotation[2, 1], rotation[2, 2]), pitch, math.atan2(rotation[1, 0], rotation[0, 0])
+
+
 @dataclass(frozen=True, slots=True)
 class LocalFrame:
     """Local north-east-down frame about an origin; see the module's text for what *down* means.

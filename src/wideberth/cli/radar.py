@@ -42,12 +42,17 @@ def process(
     out: Annotated[
         Path, typer.Option(help="Parquet file for the plots; or .npz, as `wideberth track` reads it.")
     ] = Path("plots.parquet"),
+    truth: Annotated[
+        Path | None,
+        typer.Option(help="The truth (NPZ) of `wideberth radar simulate`, for an .npz.", show_default=False),
+    ] = None,
 ) -> None:
     """Turn raw samples into plots with range, direction, range rate and their variances."""
     if out.suffix not in (".parquet", ".npz"):
         raise InputError(f"--out {out}: end it in .parquet or .npz")
-    if not out.parent.is_dir():
-        raise InputError(f"folder '{out.parent}' does not exist: create it, or give another --out")
+    if truth is not None and out.suffix != ".npz":
+        raise InputError("--truth goes with --out FILE.npz")
+    _check_folder(out)
     from rich.console import Console
 
     from wideberth.evaluation.radar_run import process_recording, write_plot_file, write_plot_table
@@ -61,7 +66,7 @@ def process(
             setup, recording, _noise(noise), calibration=_calibrated(calibration), progress=progress
         )
     if out.suffix == ".npz":
-        write_plot_file(out, setup, run)
+        write_plot_file(out, setup, run, truth)
     else:
         write_plot_table(out, run)
     console = Console(highlight=False)
@@ -75,8 +80,7 @@ def noise(
     out: Annotated[Path, typer.Option(help="NPZ file for the noise statistics.")] = Path("noise.npz"),
 ) -> None:
     """Measure a radar's noise in each channel and range bin, from raw samples without targets."""
-    if not out.parent.is_dir():
-        raise InputError(f"folder '{out.parent}' does not exist: create it, or give another --out")
+    _check_folder(out)
     from wideberth.evaluation.radar_run import noise_of_recording
     from wideberth.evaluation.radar_setup import load_radar
     from wideberth.sensors.radar.link_budget import noise_power
@@ -131,8 +135,52 @@ def show(
     console.print(f"report: {page}", markup=False, soft_wrap=True)
 
 
-for _command in (process, noise, show):
+def simulate(
+    scenario: Annotated[Path, typer.Argument(help="Scenario file (TOML) with a radar.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="File for the samples, .npy.")] = Path("raw.npy"),
+    seed: Annotated[int | None, typer.Option(help="Seed instead of the scenario's.")] = None,
+    duration: Annotated[
+        str | None, typer.Option(help="How long, such as 20s; the mission's time by default.", show_default=False)
+    ] = None,
+    noise_frames: Annotated[int, typer.Option(help="Frames of a run without targets besides; 0: none.", min=0)] = 0,
+    set_: Annotated[
+        list[str] | None, typer.Option("--set", help="Set one key, such as sensor.averages=10; repeatable.")
+    ] = None,
+) -> None:
+    """Write what a scenario's first radar samples while its mission is flown without avoidance.
+
+    Beside raw.npy there will be raw.toml (the radar), raw_truth.npz and, with --noise-frames, raw_noise.npy.
+    """
+    if out.suffix != ".npy":
+        raise InputError(f"--out {out}: end it in .npy")
+    _check_folder(out)
+    from wideberth.cli.errors import quantity
+    from wideberth.config import apply_override, build_scenario, read_toml
+    from wideberth.evaluation.radar_simulation import simulate_recording
+
+    seconds = None if duration is None else quantity("--duration", duration, "time")
+    if seconds is not None and seconds < 0.0:
+        raise InputError(f"--duration {duration}: give 0 s or more")
+    tables = read_toml(scenario)
+    if seed is not None:
+        tables["seed"] = seed
+    for override in set_ or ():
+        apply_override(tables, override)
+    checked = build_scenario(tables, source=str(scenario), folder=scenario.parent)
+    with _bar("frames") as progress:
+        files = simulate_recording(checked, out, duration=seconds, noise_frames=noise_frames, progress=progress)
+    typer.echo(f"{files.frames} frames: {files.raw}\nradar: {files.radar}\ntruth: {files.truth}")
+    if files.noise is not None:
+        typer.echo(f"noise: {files.noise}")
+
+
+for _command in (simulate, process, noise, show):
     app.command(_command.__name__)(guarded(_command))
+
+
+def _check_folder(out: Path) -> None:
+    if not out.parent.is_dir():
+        raise InputError(f"folder '{out.parent}' does not exist: create it, or give another --out")
 
 
 def _noise(path: Path | None) -> "NoiseStatistics | None":

@@ -1,9 +1,10 @@
 """A file of raw samples through a radar's processing, and the plots in a table and in the form that trackers read."""
 
 import math
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,9 @@ import pyarrow.parquet as pq
 
 from wideberth.errors import InputError
 from wideberth.evaluation.radar_setup import RadarSetup
+from wideberth.sensors.radar.config import PlotModelConfig, RadarConfig
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
+from wideberth.sensors.radar.plot_model import HALF_POWER_WIDTH
 from wideberth.sensors.radar.processing.frame import Processed
 from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics, noise_statistics
 from wideberth.sensors.radar.processing.radar_processor import RadarProcessor
@@ -84,12 +87,10 @@ def process_recording(
         If the noise is of another radar.
     """
     start = recording.frame(0).middle(setup.radar)
-    if noise is not None and noise.level_time > start:
-        noise = replace(noise, created=min(noise.created, start), level_time=start)
     try:
         processor = RadarProcessor(
             setup.radar,
-            noise,
+            noise and noise.dated(start),
             sensor=setup.name,
             position=setup.position,
             attitude=setup.attitude,
@@ -150,7 +151,7 @@ def write_plot_table(path: Path, run: RadarRun) -> None:
     pq.write_table(pa.table(columns), path)
 
 
-def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun) -> None:
+def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun, truth: Path | None = None) -> None:
     """Write the plots as the NPZ that `wideberth track` reads, in the array's axes with the array's pose.
 
     Parameters
@@ -158,11 +159,13 @@ def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun) -> None:
     path : Path
     setup : RadarSetup
     run : RadarRun
+    truth : Path or None
+        As `wideberth radar simulate` writes it: goes with the plots, and says where a radar on board was.
 
     Raises
     ------
     InputError
-        If there is no scan, or the radar does not measure both angles.
+        If there is no scan, the radar does not measure both angles, or the truth is not of these scans.
     """
     if not run.scans:
         raise InputError("no frame could be used: there are no scans for a tracker")
@@ -177,8 +180,11 @@ def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun) -> None:
     detection = run.scans[0].detection
     assert detection is not None
     place = setup.position * [1.0, 1.0, -1.0]
-    rates = variance[np.isfinite(rows[:, 3]), 3]
-    measured: dict[str, Any] = {"sigma_range_rate": np.sqrt(np.median(rates))} if len(rates) else {}
+    sigma = _typical(variance, setup.radar)
+    measured = bool(np.isfinite(rows[:, 3]).any())
+    more: dict[str, Any] = {"sigma_range_rate": sigma[3]} if measured else {}
+    if truth is not None:
+        more |= _truth_at(truth, t, 0.5 * dt)
     with path.open("wb") as file:
         np.savez_compressed(
             file,
@@ -191,21 +197,57 @@ def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun) -> None:
             meas_range_rate=rows[:, 3],
             time=t,
             dt=dt,
-            sigma=_typical(variance[:, :3]),
+            sigma=sigma[:3],
             p_d=min(0.999, max(0.05, float(np.mean(detection.probabilities)))),
             r_max=setup.radar.range_limit,
             radar_pos=place,
             radar_att=setup.angles,
             field_of_view=_field_of_view(run.scans[0]),
-            **measured,
+            **more,
         )
 
 
-def _typical(variance: FloatArray) -> FloatArray:
-    """Return the standard deviations that a plot of middling strength has."""
-    if not len(variance):
-        return np.array([0.4, math.radians(1.0), math.radians(1.0)])
-    return np.sqrt(np.median(variance, axis=0))
+def _truth_at(path: Path, t: FloatArray, slack: float) -> dict[str, Any]:
+    """Return the truth's arrays at the times of scans."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            arrays = {name: file[name] for name in file.files}
+        times = np.asarray(arrays.pop("time"), dtype=np.float64)
+        after = np.clip(np.searchsorted(times, t), 1, max(len(times) - 1, 1))
+        rows = np.where(t - times[after - 1] < times[after] - t, after - 1, after) if len(times) > 1 else 0 * after
+        if np.any(np.abs(times[rows] - t) > slack):
+            raise InputError(f"{path}: the truth is not of the times of these scans")
+        return {name: array[rows] if array.ndim else array for name, array in arrays.items()}
+    except InputError:
+        raise
+    except (
+        OSError,
+        KeyError,
+        ValueError,
+        TypeError,
+        IndexError,
+        EOFError,
+        AttributeError,
+        zipfile.BadZipFile,
+    ) as error:
+        raise InputError(f"{path}: no truth can be read from it ({error})") from error
+
+
+def _typical(variance: FloatArray, radar: RadarConfig) -> FloatArray:
+    """Return standard deviations (4,) for all plots of a file, which tells them not apart.
+
+    The root mean square, as plots at the edge of the view are much worse than the others, with the floors of the plots'
+    model: strong echoes have variances to which no aircraft, which is no point, keeps.
+    """
+    floors = PlotModelConfig()
+    doppler_bin = radar.wavelength / (2.0 * radar.averages * radar.sweep_interval)
+    elements = np.array([radar.array_columns, radar.array_rows])
+    widths = HALF_POWER_WIDTH / (elements * radar.element_spacing_wavelengths)
+    least = [floors.range_floor_bins * radar.range_bin, *(floors.direction_floor_beamwidths * widths)]
+    least.append(floors.range_rate_floor_bins * doppler_bin)
+    known = np.isfinite(variance)
+    mean = np.where(known, variance, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
+    return np.asarray(np.hypot(np.sqrt(mean), least))
 
 
 def _field_of_view(scan: Scan) -> FloatArray:

@@ -366,10 +366,17 @@ class PlotModelConfig(PartConfig):
 
 
 class SimulatedRadarConfig(RadarConfig):
-    """A radar of a scenario, as a model of its plots; what confirms a track is the tracker's business here.
+    """A radar of a scenario; what confirms a track is the tracker's business here.
 
     Attributes
     ----------
+    level : {"plots", "samples"}
+        Whether its plots are drawn from a model of them (`plot_model`), or made of simulated samples by the processing
+        that a real radar's samples go through. With the latter `plot_model` only shapes what the radar states of itself
+        and the plots of a burst.
+    noise_run_frames : int
+        With `level` "samples": frames without targets of which the noise is measured before the start; 0: it is the
+        link budget's, which a receiver with a filter or a converter departs from.
     mount : {"ground", "ownship"}
         Where it stands: on the ground it sees the ownship as well; on the ownship it turns with it.
     north_m, east_m, altitude_m : float
@@ -396,6 +403,8 @@ pose_error_roll_deg : float
     plot_model : PlotModelConfig
     """
 
+    level: Literal["plots", "samples"] = "plots"
+    noise_run_frames: int = Field(default=0, ge=0, le=100_000)
     mount: Literal["ground", "ownship"] = "ground"
     north_m: float = 0.0
     east_m: float = 0.0
@@ -426,6 +435,8 @@ pose_error_roll_deg : float
         if self.azimuth_beamwidth_deg is None or self.elevation_beamwidth_deg is None:
             # A recording's configuration could not say it.
             raise ValueError("azimuth_beamwidth_deg and elevation_beamwidth_deg: give 360 for an element that sees all")
+        if self.noise_run_frames and self.level == "plots":
+            raise ValueError('noise_run_frames is of level = "samples": leave it out')
         if self.mount == "ownship" and (self.north_m, self.east_m, self.altitude_m) != (0.0, 0.0, 0.0):
             raise ValueError('north_m, east_m and altitude_m are of mount = "ground": leave them out')
         if self.silent_until_s is not None:

@@ -105,7 +105,7 @@ class PlotModel:
         snr = self.ratio(positions[seen], range_rates[seen], rcs_m2[seen]) * fluctuation[seen]
         leader, place, rate, snr = self._merged(seen, positions[seen], range_rates[seen], snr)
         hit = self._exceeds(random, snr)
-        false, false_rate, false_total = self._false_echoes(random, burst)
+        false, false_rate, false_total = self._false_echoes(random, burst, self._p_fa)
         places, rates = np.concatenate([place[hit], false]), np.concatenate([rate[hit], false_rate])
         totals = np.concatenate([self._sums * snr[hit], false_total])
         z, sigma = self._measured(places, rates, totals)
@@ -114,6 +114,11 @@ class PlotModel:
         self._fold(z)
         order = random.permutation(len(z))
         return z[order], sigma[order] ** 2
+
+    def burst(self, random: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
+        """Return `n` false plots just at the threshold, as `look` gives plots."""
+        z, sigma = self._measured(*self._false_echoes(random, n, 0.0))
+        return z, sigma**2
 
     def visible(self, positions: FloatArray) -> NDArray[np.bool_]:
         """Return which aircraft (k, 3), in the sensor's axes, m, are within range and field of view, shape (k,)."""
@@ -245,10 +250,12 @@ class PlotModel:
         cone = self._config.array_rows == 1
         z[:, 1] = np.arcsin(np.sin(z[:, 1])) if cone else np.mod(z[:, 1] + math.pi, 2.0 * math.pi) - math.pi
 
-    def _false_echoes(self, random: np.random.Generator, burst: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    def _false_echoes(
+        self, random: np.random.Generator, burst: int, p_fa: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return places, range rates and ratios after processing of false alarms, one a bin at most, and of a burst."""
         c = self._config
-        alarms = self._bins[random.random(len(self._bins)) < self._p_fa]
+        alarms = self._bins[random.random(len(self._bins)) < p_fa]
         bins = np.concatenate([alarms, random.choice(self._bins, burst)]) if burst else alarms
         n = len(bins)
         distance = np.maximum(c.range_bin * (bins + random.random(n) - 0.5), 0.5 * c.range_bin)

@@ -1,17 +1,24 @@
-"""A radar among simulated aircraft: when it looks and from where; what it then sees is `plot_model`'s."""
+"""A radar among simulated aircraft: when it looks and from where.
+
+What it then sees is `plot_model`'s or, at the level of samples, `sampled_look`'s.
+"""
 
 import math
 import zlib
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wideberth.argument_checks import POSITIVE, checked
 from wideberth.frames import rotation_ned_body
 from wideberth.sensors.radar.config import RadarConfig, SimulatedRadarConfig
 from wideberth.sensors.radar.coverage import scan_detection_probability
 from wideberth.sensors.radar.plot_model import PlotModel
+from wideberth.sensors.radar.sampled_look import SampledLook
+from wideberth.sensors.radar.sweeps.receiver import Samples
 from wideberth.types import DetectionModel, FloatArray, Ownship, Scan, SensorHealth
 
 _RATE_WINDOW = 10.0
@@ -25,6 +32,30 @@ _ON_TIME = 1e-6
 
 States = tuple[FloatArray, FloatArray]
 """Positions and velocities, both (k, 3), NED, m and m/s."""
+
+
+@dataclass(frozen=True, slots=True)
+class RawLook:
+    """The samples of one look, and what they are of.
+
+    Attributes
+    ----------
+    samples : ndarray, shape (averages, channels, samples_per_sweep)
+        V.
+    position, attitude : ndarray, shape (3,) and (3, 3)
+        Of the radar as told, NED, m, and C_ned_sensor.
+    positions, velocities : ndarray, shape (k, 3)
+        Of all aircraft, with a radar on the ground the ownship last, NED, m and m/s; NaN for those not there.
+    visible : ndarray of bool, shape (k,)
+        Whether they are in view.
+    """
+
+    samples: Samples
+    position: FloatArray
+    attitude: FloatArray
+    positions: FloatArray
+    velocities: FloatArray
+    visible: NDArray[np.bool_]
 
 
 class SimulatedRadar:
@@ -75,6 +106,8 @@ class SimulatedRadar:
         self._turned = rotation_ned_body(*(math.radians(angle) for angle in angles))
         self._moved = np.array([config.pose_error_north_m, config.pose_error_east_m, -config.pose_error_up_m])
         self._model = PlotModel(config)
+        sampled = config.level == "samples"
+        self._sampled = [SampledLook(config, self._model, unit) for unit in self._names] if sampled else []
         self._detection = stated_detection(config)
         self._start = math.nan
         self._looks = 0
@@ -114,6 +147,28 @@ class SimulatedRadar:
             self._looks += 1
         return scans
 
+    def raw_look(self, t: float, states: Callable[[float], States], ownship: Ownship) -> RawLook:
+        """Return the samples of the next look of the first unit, at `t`; its faults but those of its pose stay away.
+
+        Parameters
+        ----------
+        t, states, ownship
+            As in `sense`.
+
+        Raises
+        ------
+        ValueError
+            If the radar is at the level of plots, or as in `sense`.
+        """
+        if not self._sampled:
+            raise ValueError('samples are of a radar with level = "samples"')
+        positions, velocities, own_position = self._aircraft(t, t, states, ownship)
+        pose = self._pose(0, own_position, ownship)
+        away, relative = self._seen(positions, velocities, pose)
+        samples = self._sampled[0].samples(self._random(0), away, relative, self._rcs)
+        self._looks += 1
+        return RawLook(samples, pose[0], pose[2], positions, velocities, self._sampled[0].visible(away))
+
     def _is_silent(self, age: float) -> bool:
         c = self._config
         until = math.inf if c.silent_until_s is None else c.silent_until_s
@@ -126,14 +181,7 @@ class SimulatedRadar:
         return c.burst_plots
 
     def _look(self, when: float, t: float, states: Callable[[float], States], ownship: Ownship) -> list[Scan]:
-        positions, velocities = states(when)
-        # Between steps the ownship's path is not known; it flies straight for less than a step.
-        own_position = ownship.position - (t - when) * ownship.velocity
-        if self._on_ground:
-            positions = np.vstack([positions, own_position])
-            velocities = np.vstack([velocities, ownship.velocity])
-        if positions.shape != (len(self._rcs), 3) or velocities.shape != positions.shape:
-            raise ValueError(f"states {positions.shape}, {velocities.shape} of {len(self._rcs)} aircraft are wanted")
+        positions, velocities, own_position = self._aircraft(when, t, states, ownship)
         self._given.append(when)
         while self._given[0] < when - _RATE_WINDOW + _ON_TIME:
             self._given.popleft()
@@ -142,6 +190,38 @@ class SimulatedRadar:
             self._scan(unit, when, t, positions, velocities, own_position, ownship, rate)
             for unit in range(len(self._names))
         ]
+
+    def _aircraft(
+        self, when: float, t: float, states: Callable[[float], States], ownship: Ownship
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return positions and velocities of all that the radar may see, and the ownship's position, at a look."""
+        positions, velocities = states(when)
+        # Between steps the ownship's path is not known; it flies straight for less than a step.
+        own_position = ownship.position - (t - when) * ownship.velocity
+        if self._on_ground:
+            positions = np.vstack([positions, own_position])
+            velocities = np.vstack([velocities, ownship.velocity])
+        if positions.shape != (len(self._rcs), 3) or velocities.shape != positions.shape:
+            raise ValueError(f"states {positions.shape}, {velocities.shape} of {len(self._rcs)} aircraft are wanted")
+        return positions, velocities, own_position
+
+    def _pose(self, unit: int, own_position: FloatArray, ownship: Ownship) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the told place of a unit, its velocity and its attitude C_ned_sensor."""
+        c = self._config
+        if self._on_ground:
+            return np.array([c.north_m, c.east_m, -c.altitude_m]), np.zeros(3), self._mountings[unit]
+        return own_position, ownship.velocity, ownship.attitude @ self._mountings[unit]
+
+    def _seen(
+        self, positions: FloatArray, velocities: FloatArray, pose: tuple[FloatArray, FloatArray, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return positions and velocities relative to the radar, in its axes as they really are."""
+        place, carrier, attitude = pose
+        looking = attitude @ self._turned
+        return (positions - (place + self._moved)) @ looking, (velocities - carrier) @ looking
+
+    def _random(self, unit: int) -> np.random.Generator:
+        return np.random.Generator(np.random.Philox(key=self._keys[unit], counter=[0, 0, self._looks, 0]))
 
     def _scan(
         self,
@@ -155,16 +235,20 @@ class SimulatedRadar:
         rate: float,
     ) -> Scan:
         c = self._config
-        place, carrier, attitude = np.array([c.north_m, c.east_m, -c.altitude_m]), np.zeros(3), self._mountings[unit]
-        if not self._on_ground:
-            place, carrier, attitude = own_position, ownship.velocity, ownship.attitude @ attitude
-        away = positions - (place + self._moved)
-        distance = np.sqrt((away**2).sum(axis=1))
-        rates = ((velocities - carrier) * away).sum(axis=1) / np.maximum(distance, 1e-9)
-        random = np.random.Generator(np.random.Philox(key=self._keys[unit], counter=[0, 0, self._looks, 0]))
-        z, variance = self._model.look(
-            random, away @ (attitude @ self._turned), rates, self._rcs, self._burst(when - self._start)
-        )
+        pose = self._pose(unit, own_position, ownship)
+        away, relative = self._seen(positions, velocities, pose)
+        random = self._random(unit)
+        burst = self._burst(when - self._start)
+        rejects: Mapping[str, int] = {}
+        state = "ok"
+        if self._sampled:
+            sampled = self._sampled[unit]
+            z, variance = sampled.look(when, random, away, relative, self._rcs, burst)
+            rejects, state = sampled.rejects, sampled.state
+        else:
+            distance = np.sqrt((away**2).sum(axis=1))
+            rates = (relative * away).sum(axis=1) / np.maximum(distance, 1e-9)
+            z, variance = self._model.look(random, away, rates, self._rcs, burst)
         z[:, 0] *= c.range_scale
         r = np.zeros((len(z), 4, 4))
         r[:, range(4), range(4)] = variance
@@ -176,11 +260,11 @@ class SimulatedRadar:
             z=z,
             R=r,
             t_valid=np.full(len(z), when),
-            sensor_position=place.copy(),
-            sensor_attitude=attitude.copy(),
+            sensor_position=pose[0].copy(),
+            sensor_attitude=pose[2].copy(),
             field_of_view=self._model.field_of_view,
             detection=self._detection,
-            health=SensorHealth(age=t - when, rate=rate, rejects={}),
+            health=SensorHealth(age=t - when, rate=rate, rejects=rejects, state=state),
         )
 
 

@@ -138,6 +138,10 @@ class NoiseStatistics:
         grown = (drift_db_per_sqrt_hour * _PART_OF_A_DB) ** 2 * age / 3600.0
         return replace(self, level_time=t, level_variance=self.level_variance + grown)
 
+    def dated(self, t: float) -> Self:
+        """Return the statistics as made at `t`, s, at the latest: those made later or by another clock count as new."""
+        return replace(self, created=min(self.created, t), level_time=t) if self.level_time > t else self
+
     def looks(self, channels: int) -> float:
         """Return of how many powers the mean over so many channels is worth: relative variances add."""
         variance = 1.0 / (self.samples * channels) + self.level_variance

@@ -204,7 +204,7 @@ def _read(path: Path, member: str | None) -> tuple[NDArray[np.generic], NDArray[
         raise InputError(f"{path.name}: cannot be read as a NumPy file: {error}") from None
 
 
-def write_raw(path: Path, frames: Iterable[Samples], n_frames: int) -> None:
+def write_raw(path: Path, frames: Iterable[NDArray[np.float32 | np.complex64]], n_frames: int) -> None:
     """Write frames of one shape to an .npy, one by one.
 
     Parameters

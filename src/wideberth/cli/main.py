@@ -22,6 +22,7 @@ COMMANDS = (
     "range",
     "size",
     "stability",
+    "cas",
     "warmup",
 )
 

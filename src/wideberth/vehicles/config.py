@@ -6,6 +6,7 @@ from typing import Any, Literal, Self
 from pydantic import Field, model_validator
 
 from wideberth.part_config import PartConfig
+from wideberth.units import FOOT
 
 
 class PointMassConfig(PartConfig):
@@ -170,3 +171,31 @@ class MultirotorConfig(PartConfig):
     def _limits_in_order(self) -> Self:
         _check_limits(self.speed_min_mps, self.speed_max_mps, self.climb_rate_max_mps, self.sink_rate_max_mps)
         return self
+
+
+class RotorcraftConfig(PartConfig):
+    """A helicopter flown by velocity (rotorcraft.Rotorcraft); the defaults are those of the CAS thesis (3.6).
+
+    Attributes
+    ----------
+    level_time_constant_s, vertical_time_constant_s : float
+        Of the velocities behind their commands.
+    speed_max_mps, climb_rate_max_mps, sink_rate_max_mps : float
+    coupling : float
+        Peak of the lateral velocity for each m/s of a step in vertical velocity (5.3.1 has 0.2 ft/s for 2 ft/s); 0
+        leaves the axes apart.
+    position_gain_per_s, altitude_gain_per_s : float
+        Commanded velocity for each metre to the waypoint.
+    ground_altitude_m : float
+        Height of the ground above the origin.
+    """
+
+    level_time_constant_s: float = Field(default=0.8, gt=0)
+    vertical_time_constant_s: float = Field(default=0.4, gt=0)
+    speed_max_mps: float = Field(default=5 * FOOT, gt=0)
+    climb_rate_max_mps: float = Field(default=2 * FOOT, gt=0)
+    sink_rate_max_mps: float = Field(default=1 * FOOT, gt=0)
+    coupling: float = Field(default=0.0, ge=0, le=1)
+    position_gain_per_s: float = Field(default=0.3, gt=0)
+    altitude_gain_per_s: float = Field(default=0.5, gt=0)
+    ground_altitude_m: float = 0.0

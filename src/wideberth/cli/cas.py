@@ -1,0 +1,63 @@
+"""`wideberth cas`: helicopters that avoid each other cooperatively, flown from a file."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from wideberth.errors import InputError
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+
+def cas(
+    scenario: Annotated[Path, typer.Argument(help="TOML file of a fleet, such as scenarios/cas_figure_4_21.toml.")],
+    out: Annotated[Path | None, typer.Option(help="Folder for report.html, its pictures and cas.json.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+) -> None:
+    """Fly a fleet of helicopters that avoid each other by messages, and say how near they came.
+
+    docs/cas.md explains the controllers and the keys of the file.
+    """
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file: give a folder")
+    from wideberth.evaluation.cas_report import summary_of, write_cas_report
+    from wideberth.simulation.fleet import fly_fleet
+    from wideberth.simulation.fleet_config import load_fleet
+
+    config = load_fleet(scenario)
+    run = fly_fleet(config)
+    summary = summary_of(config, run)
+    page = None if out is None else write_cas_report(out, config, run, summary)
+    if as_json:
+        typer.echo(json.dumps(summary, indent=2, allow_nan=False))
+        return
+    from rich.console import Console
+
+    console = Console()
+    console.print(_table(summary))
+    console.print(summary["verdict"], highlight=False, markup=False, style="bold", soft_wrap=True)
+    if page is not None:
+        console.print(f"report: {page}", highlight=False, markup=False, soft_wrap=True)
+
+
+def _table(summary: dict[str, Any]) -> "Table":
+    from rich.table import Table
+
+    table = Table(title=str(summary["name"]), title_justify="left")
+    table.add_column("vehicle", justify="right")
+    for name in ("controller", "least separation, m (ft)", "drift up, m", "drift down, m", "switches", "avoidances"):
+        table.add_column(name, justify="left" if name == "controller" else "right")
+    for k, one in enumerate(summary["vehicles"]):
+        table.add_row(
+            str(k),
+            one["controller"],
+            f"{one['least_separation_m']:.3f} ({one['least_separation_ft']:.2f})",
+            f"{one['drift_up_m']:.2f}",
+            f"{one['drift_down_m']:.2f}",
+            str(one["switches"]),
+            str(one["avoidances"]),
+        )
+    return table

@@ -1,0 +1,58 @@
+"""`wideberth cas` on the files that come with the project."""
+
+import json
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from wideberth.cli.main import app
+from wideberth.units import FOOT
+
+SCENARIOS = Path(__file__).resolve().parents[2] / "scenarios"
+
+
+def flown(name: str, *options: str) -> dict[str, object]:
+    result = CliRunner().invoke(app, ["cas", str(SCENARIOS / f"cas_{name}.toml"), "--json", *options])
+    assert result.exit_code == 0, result.output
+    found: dict[str, object] = json.loads(result.stdout)
+    return found
+
+
+def test_the_report_has_numbers_pictures_and_each_avoidance(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["cas", str(SCENARIOS / "cas_figure_4_21.toml"), "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert "12.000 ft" in result.stdout
+    assert {f.name for f in tmp_path.iterdir()} == {"report.html", "altitude.png", "separation.png", "cas.json"}
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "current trajectory" in page
+    events = json.loads((tmp_path / "cas.json").read_text())["avoidances"]
+    assert [e["vehicle"] for e in events] == [0, 1]
+    assert events[0]["first_command_up_mps"] > 0 > events[1]["first_command_up_mps"]
+
+
+def test_hysteresis_removes_switches() -> None:
+    plain, banded = flown("figure_4_17"), flown("figure_4_20")
+    switches = [sum(v["switches"] for v in run["vehicles"]) for run in (plain, banded)]  # type: ignore[attr-defined]
+    assert switches[1] < switches[0] / 5
+    assert banded["kept"]
+
+
+@pytest.mark.parametrize(("name", "feet"), [("22a", 11.774), ("22b", 10.861), ("24a", 13.314), ("24b", 14.692)])
+def test_delays(name: str, feet: float) -> None:
+    assert flown(f"figure_4_{name}")["least_separation_m"] == pytest.approx(feet * FOOT, abs=2e-3)
+
+
+def test_wrong_files_are_refused_in_words(tmp_path: Path) -> None:
+    file = tmp_path / "fleet.toml"
+    for text, words in (
+        ("name = 'x'", "vehicles"),
+        ("[controller]\npreset = 'best'", "there is no 'best'"),
+        ("[communication]\ndelay_s = -1.0", "delay_s"),
+    ):
+        file.write_text(text)
+        result = CliRunner().invoke(app, ["cas", str(file)])
+        assert result.exit_code == 2
+        assert words in result.output
+    result = CliRunner().invoke(app, ["cas", str(tmp_path / "none.toml")])
+    assert result.exit_code == 2

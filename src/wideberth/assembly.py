@@ -193,11 +193,12 @@ def _modelled(part: Part, seed: int, traffic: SimulatedTraffic) -> Sensor:
     if issubclass(target, SimulatedRadar):
         radar = target(part.config, seed, traffic.rcs_m2, traffic.ownship_rcs_m2, part.name)
         return ModelledRadar(radar, traffic)
+    heard = traffic.broadcasting
+    names = [traffic.ids[i] for i in heard], [traffic.callsigns[i] for i in heard]
     if part.name == part.default_name:
-        return ModelledSensor(target(part.config, seed, traffic.ids, traffic.callsigns), traffic)
+        return ModelledSensor(target(part.config, seed, *names), traffic, heard=heard)
     own_seed = int(np.random.SeedSequence([seed, zlib.crc32(part.name.encode())]).generate_state(1, np.uint64)[0] >> 1)
-    model = target(part.config, own_seed, traffic.ids, traffic.callsigns)
-    return ModelledSensor(model, traffic, part.name)
+    return ModelledSensor(target(part.config, own_seed, *names), traffic, part.name, heard)
 
 
 def _recorded(

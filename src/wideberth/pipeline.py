@@ -147,7 +147,9 @@ class Pipeline:
         sure = ownship.state == "ok"
         found, events = self._tracker.step(t, scans, ownship if sure else None)
         tracks = self._own.step(found, ownship.position, sure)
-        lost = self._lost.step(t, tracks)
+        # Not all trackers merge tracks.
+        absorbed: Mapping[str, str] = getattr(self._tracker, "absorbed", {})
+        lost = self._lost.step(t, tracks, absorbed)
         # A radar on the ground sees the ownship as well: nobody has to avoid himself.
         others = tuple(track for track in (*tracks, *lost) if not track.is_ownship)
         c1 = self._counter()

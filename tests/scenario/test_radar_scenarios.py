@@ -68,3 +68,25 @@ def test_a_radar_that_dies_leaves_the_sky_unknown_and_one_that_is_jammed_is_surv
 def test_the_tracker_of_the_thesis_flies_too():
     scenario = load_scenario(FOLDER / "ground_radar.toml", ["duration_s=10", "tracker.kind=er_rransac"])
     assert run_scenario(scenario, None)["steps"] == 101
+
+
+@compiled
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_radar_and_adsb_make_one_track_of_each_aircraft(seed):
+    """Two of the three broadcast; each is told once, and the drone keeps clear of all."""
+    summary = fly("radar_and_adsb", f"seed={seed}")
+    assert summary["violation_count"] == 0 and summary["nmac_count"] == 0 and summary["mission_completed"]
+    assert summary["maneuvers"] >= 1
+
+
+@compiled
+def test_radar_and_adsb_replay_the_same_and_callsigns_stand_on_radar_tracks(tmp_path):
+    scenario = load_scenario(FOLDER / "radar_and_adsb.toml", ["duration_s=15"])
+    run_scenario(scenario, tmp_path)
+    recording = read_recording(tmp_path / "recording.mcap")
+    assert replay(recording, build_pipeline(build_scenario(recording.scenario), lambda: 0.0)).identical
+    *_, (_, _, _, snapshot) = recording
+    last = [track for track in snapshot.tracks if not track.is_ownship]
+    both = {track.label for track in last if {"radar", "adsb"} <= set(track.sources)}
+    assert both == {"HEADON", "ABOVE"}
+    assert "RIGHT" not in {track.label for track in last}

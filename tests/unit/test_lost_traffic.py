@@ -65,3 +65,12 @@ def test_only_the_lost_ones_are_returned():
     lost = LostTraffic(60.0)
     lost.step(0.0, [track(), track(name="b2")])
     assert [ghost.id for ghost in lost.step(1.0, [track(1.0)])] == ["b2"]
+
+
+@pytest.mark.parametrize(("present", "remembered"), [(["b2"], []), ([], ["a1", "b2"])])
+def test_what_became_one_with_another_is_not_lost_unless_that_one_is_gone_too(present, remembered):
+    lost = LostTraffic(60.0)
+    lost.step(0.0, [track(), track(name="b2")])
+    tracks = [track(1.0, name) for name in present]
+    assert [ghost.id for ghost in lost.step(1.0, tracks, {"a1": "b2"})] == remembered
+    assert [ghost.id for ghost in lost.step(2.0, tracks)] == remembered

@@ -166,6 +166,15 @@ def test_one_bad_sensor_of_two_is_enough_and_worse_levels_stay():
     assert made.step(0.0, ownship(0), scans, MISSION).alert_state is WARNING
 
 
+def test_what_the_tracker_found_to_be_one_with_another_leaves_nothing_unknown():
+    for absorbed, state in (({"a1": "b2"}, CLEAR), ({}, UNKNOWN)):
+        tracker = FakeTracker([track(0.0), track(0.0, "b2")], [track(1.0, "b2")])
+        tracker.absorbed = absorbed
+        pipeline = Pipeline(tracker, FakeDetector(), None, 60.0, lambda: 0.0)
+        pipeline.step(0.0, ownship(0.0), [scan(0.0)], MISSION)
+        assert pipeline.step(1.0, ownship(1.0), [scan(1.0)], MISSION).alert_state is state
+
+
 def test_a_near_aircraft_that_was_lost_is_still_there_and_unknown():
     planner = FakePlanner()
     detector = FakeDetector(PREVENTIVE)

@@ -182,7 +182,8 @@ class LegConfig(PartConfig):
 class IntruderConfig(PartConfig):
     """A simulated aircraft: on a straight course from a position, through legs and straight on, or along waypoints.
 
-    `rcs_m2` is its mean radar cross-section: about 1 m2 is a light aircraft, 0.1 m2 a large drone.
+    `rcs_m2` is its mean radar cross-section: about 1 m2 is a light aircraft, 0.1 m2 a large drone. One that does not
+    broadcast (`broadcasts = false`) has no ADS-B: only radars see it.
     """
 
     address: Annotated[str, Field(pattern=r"^[0-9a-f]{6}$")]
@@ -193,6 +194,7 @@ class IntruderConfig(PartConfig):
     climb_rate_mps: Annotated[float, Field(ge=-100.0, le=100.0)] = 0.0
     waypoints: tuple[WaypointConfig, ...] = ()
     rcs_m2: CrossSection = 1.0
+    broadcasts: bool = True
     legs: Annotated[tuple[LegConfig, ...], Field(max_length=1000)] = ()
 
     @field_validator("address", mode="before")

@@ -3,6 +3,9 @@
 import dataclasses
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from wideberth.sensors.radar.simulated import SimulatedRadar
 from wideberth.simulation.world import TruthSource
 from wideberth.types import FloatArray, Ownship, Scan
@@ -32,15 +35,24 @@ class ModelledSensor:
         Always the same aircraft, in the same order.
     name : str, optional
         What to call it in place of what the model calls itself.
+    heard : ndarray of int64, shape (k,), optional
+        Which of the aircraft the model is of; by default all.
     """
 
-    def __init__(self, model: TruthScanner, traffic: TruthSource, name: str | None = None) -> None:
+    def __init__(
+        self,
+        model: TruthScanner,
+        traffic: TruthSource,
+        name: str | None = None,
+        heard: NDArray[np.int64] | None = None,
+    ) -> None:
         self._model, self._traffic, self._name = model, traffic, name
+        self._heard = slice(None) if heard is None else heard
 
     def sense(self, t: float, ownship: Ownship) -> tuple[Scan]:
         """Return what the model measures at time `t`, s."""
         truth = self._traffic.truth(t)
-        scan = self._model.sense(t, truth.positions, truth.velocities, ownship.position)
+        scan = self._model.sense(t, truth.positions[self._heard], truth.velocities[self._heard], ownship.position)
         return (scan if self._name is None else dataclasses.replace(scan, sensor=self._name),)
 
 

@@ -41,6 +41,8 @@ class SimulatedTraffic:
         In the same order.
     rcs_m2 : tuple of float
         In the same order.
+    broadcasting : ndarray of int64, shape (n,)
+        Which of them have ADS-B.
     ownship_rcs_m2 : float
     """
 
@@ -54,6 +56,7 @@ class SimulatedTraffic:
         self.ids = tuple(i.address for i in config.intruders)
         self.callsigns = tuple(i.callsign for i in config.intruders)
         self.rcs_m2 = tuple(i.rcs_m2 for i in config.intruders)
+        self.broadcasting = np.flatnonzero([i.broadcasts for i in config.intruders])
         self.ownship_rcs_m2 = config.ownship_rcs_m2
         self._t_start = t_start
         air = np.zeros(3) if wind is None else np.asarray(wind, float)

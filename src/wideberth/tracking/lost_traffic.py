@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -26,9 +26,22 @@ class LostTraffic:
         self._memory = memory
         self._last: dict[str, Track] = {}
 
-    def step(self, t: float, tracks: Sequence[Track]) -> tuple[Track, ...]:
-        """Return remembered aircraft at time `t` that are not among `tracks`, and remember those that are."""
+    def step(self, t: float, tracks: Sequence[Track], absorbed: Mapping[str, str] | None = None) -> tuple[Track, ...]:
+        """Return remembered aircraft at time `t` that are not among `tracks`, and remember those that are.
+
+        Parameters
+        ----------
+        t : float
+            s.
+        tracks : sequence of Track
+        absorbed : mapping of str to str, optional
+            Tracks that have ended as they were the same aircraft as another one, and which: they are not lost, as long
+            as the other one is there.
+        """
         present = {track.id: track for track in tracks}
+        for ended, goes_on in (absorbed or {}).items():
+            if goes_on in present and ended not in present:
+                self._last.pop(ended, None)
         remembered = []
         for name, track in list(self._last.items()):
             if name in present:

@@ -114,8 +114,8 @@ class Scratch(NamedTuple):
         Small scratch.
     motion, birth
         Scratch of those parts.
-    events : ndarray of int64, shape (4 N, 2)
-        Code and track.
+    events : ndarray of int64, shape (4 N, 3)
+        Code, track, and another track or -1.
     event_count : ndarray of int64, shape (1,)
     own_work : ndarray, shape (14, 6)
         Scratch of the ownship test.
@@ -206,18 +206,18 @@ def make_scratch(tracks: int, plots: int, window_scans: int) -> Scratch:
         work=np.zeros((9, 9)),
         motion=make_motion_scratch(),
         birth=make_fit_scratch(window_scans),
-        events=np.zeros((4 * tracks, 2), np.int64),
+        events=np.zeros((4 * tracks, 3), np.int64),
         event_count=np.zeros(1, np.int64),
         own_work=np.zeros((14, 6)),
     )
 
 
 @jit_uncounted
-def tell(s: Scratch, code: int, identity: int) -> None:
-    """Note an event; where there is no more room it is left out."""
+def tell(s: Scratch, code: int, identity: int, other: int) -> None:
+    """Note an event of a track, and of another (-1: none); where there is no more room it is left out."""
     n = s.event_count[0]
     if n < s.events.shape[0]:
-        s.events[n, 0], s.events[n, 1] = code, identity
+        s.events[n, 0], s.events[n, 1], s.events[n, 2] = code, identity, other
         s.event_count[0] = n + 1
 
 
@@ -229,5 +229,5 @@ def log_odds(probability: float) -> float:
 
 def warmup() -> None:
     """Compile what Python calls."""
-    tell(make_scratch(1, 1, 2), LOST, 1)
+    tell(make_scratch(1, 1, 2), LOST, 1, -1)
     log_odds(0.5)

@@ -48,6 +48,8 @@ class ReportsConfig(PartConfig):
     lost_after_s, tentative_lost_after_s : float
         A track (a tentative one) that only reports feed is dropped after this long without a position; a radar's track
         loses the address.
+    ownship_radius_m : float
+        `traffic_radius_m` of the ownship's test for aircraft that only reports tell of.
     addresses_max : int
         Users of addresses that are kept at most; of more, reports are left out and counted.
     """
@@ -74,6 +76,7 @@ class ReportsConfig(PartConfig):
     coast_after_s: float = Field(default=3.0, gt=0.0)
     lost_after_s: float = Field(default=60.0, gt=0.0)
     tentative_lost_after_s: float = Field(default=15.0, gt=0.0)
+    ownship_radius_m: float = Field(default=250.0, gt=0.0)
     addresses_max: int = Field(default=12_000, ge=1)
 
 

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from wideberth.tracking.multi_target.bank_kernels import Bank, Motion, copied_bank, grown_bank, make_bank
 from wideberth.tracking.multi_target.buffers_kernels import Scratch
 from wideberth.tracking.multi_target.heard_kernels import Heard, ReportRules, make_heard
+from wideberth.tracking.multi_target.heard_ownship_kernels import find_heard_ownship
 from wideberth.tracking.multi_target.hearing_kernels import REPORT_COUNTS
 from wideberth.tracking.multi_target.identity_kernels import (
     drop_silent,
@@ -19,6 +20,7 @@ from wideberth.tracking.multi_target.identity_kernels import (
 )
 from wideberth.tracking.multi_target.report_kernels import make_report_scratch
 from wideberth.tracking.multi_target.reports import ReadyReports
+from wideberth.tracking.ownship_kernels import OwnshipTest
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -145,6 +147,32 @@ class Fusion:
         """
         if self.size:
             drop_silent(bank, self.heard, t, self._rules, self.events, self.event_count)
+
+    def identify_ownship(
+        self,
+        bank: Bank,
+        t: float,
+        dt: float,
+        telemetry: FloatArray,
+        covariance: FloatArray,
+        test: OwnshipTest,
+        scratch: Scratch,
+    ) -> None:
+        """Mark which of the aircraft that no radar's track is, is the ownship.
+
+        Parameters
+        ----------
+        bank : Bank
+        t, dt : float
+            Time of the telemetry, and since the last look, s.
+        telemetry : ndarray, shape (6,)
+        covariance : ndarray, shape (6, 6)
+        test : OwnshipTest
+        scratch : Scratch
+        """
+        if self.size:
+            parts = (self._motion, test, scratch)
+            find_heard_ownship(bank, self.filters, self.heard, t, dt, telemetry, covariance, *parts)
 
     def alone(self, bank: Bank) -> IntArray:
         """Return the places of the aircraft that no radar's track is.

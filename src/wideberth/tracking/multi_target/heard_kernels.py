@@ -25,6 +25,7 @@ from wideberth.tracking.multi_target.bank_kernels import (
 from wideberth.tracking.multi_target.consider_kernels import BIASES
 from wideberth.tracking.multi_target.imm_kernels import HYPOTHESES
 from wideberth.tracking.multi_target.report_kernels import ALTITUDE, VELOCITY, known, start_axis
+from wideberth.tracking.ownship_kernels import STATE_WIDTH
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -63,6 +64,8 @@ class Heard(NamedTuple):
         Time, north and east of the last positions outside the gate, newest last.
     rejects, vertical_rejects : ndarray of int64, shape (R,)
         How many of them there were in a row.
+    own : ndarray, shape (R, STATE_WIDTH)
+        As in `Bank`, where no radar's track has the address.
     strikes, waits, pending, slot : ndarray of int64, shape (R,)
         Of `identity_kernels`: reports in a row at which the radar's track with this address did not fit; reports
         for which it could have been that of several; whether it still can; the place of its radar's track in the bank.
@@ -83,6 +86,7 @@ class Heard(NamedTuple):
     rejected: FloatArray
     rejects: IntArray
     vertical_rejects: IntArray
+    own: FloatArray
     strikes: IntArray
     waits: IntArray
     pending: IntArray
@@ -153,6 +157,7 @@ def make_heard(n: int) -> Heard:
         rejected=np.zeros((n, REJECTS, 3)),
         rejects=np.zeros(n, np.int64),
         vertical_rejects=np.zeros(n, np.int64),
+        own=np.zeros((n, STATE_WIDTH)),
         strikes=np.zeros(n, np.int64),
         waits=np.zeros(n, np.int64),
         pending=np.zeros(n, np.int64),
@@ -221,6 +226,8 @@ def start(
     heard.t[u], heard.heard[u] = t, t
     heard.rejects[u], heard.vertical_rejects[u] = 0, 0
     heard.strikes[u], heard.waits[u], heard.pending[u] = 0, 0, 0
+    for a in range(STATE_WIDTH):
+        heard.own[u, a] = 0.0
 
 
 def warmup() -> None:

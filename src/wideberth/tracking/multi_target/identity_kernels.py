@@ -41,6 +41,7 @@ from wideberth.tracking.multi_target.hearing_kernels import (
 from wideberth.tracking.multi_target.imm_kernels import HYPOTHESES
 from wideberth.tracking.multi_target.life_kernels import HANDED_BACK
 from wideberth.tracking.multi_target.report_kernels import ReportScratch, make_report_scratch
+from wideberth.tracking.ownship_kernels import FLAG, STATE_WIDTH
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -127,6 +128,10 @@ def link(bank: Bank, heard: Heard, u: int, i: int, rules: ReportRules, events: I
     note(events, event_count, IS, bank.identity[i], u, -1)
     heard.slot[u] = i
     heard.status[u] = CONFIRMED
+    for a in range(STATE_WIDTH):
+        if heard.own[u, FLAG] != 0.0:
+            bank.own[i, a] = heard.own[u, a]
+    heard.own[u, FLAG] = 0.0
     heard.strikes[u], heard.waits[u], heard.pending[u] = 0, 0, 0
 
 
@@ -334,6 +339,8 @@ def hand_back(
             continue
         heard.number[u] = bank.identity[i]
         heard.status[u] = CONFIRMED
+        for a in range(STATE_WIDTH):
+            heard.own[u, a] = bank.own[i, a]
         if dt >= 0.0:
             for j in range(HYPOTHESES):
                 filters.mu[u, j] = bank.mu[i, j]

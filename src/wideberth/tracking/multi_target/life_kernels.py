@@ -134,7 +134,10 @@ def merge(bank: Bank, clusters: int, motion: Motion, gate: float, s: Scratch) ->
                     same = bank.status[i] == bank.status[j]
                     keep = bank.hits[i] >= bank.hits[j] if same else bank.status[i] > bank.status[j]
                     keep = known if known != other_known else keep
-                    bank.existence[j if keep else i] = -1.0
+                    ended, goes_on = (j, i) if keep else (i, j)
+                    bank.existence[ended] = -1.0
+                    if bank.status[ended] == CONFIRMED:
+                        tell(s, MERGED, bank.identity[ended], bank.identity[goes_on])
 
 
 @jit_uncounted
@@ -151,7 +154,7 @@ def settle(bank: Bank, t: float, rules: Rules, s: Scratch) -> None:
         place(bank, i, s.x, s.f)
         reason = -1
         if existence < 0.0:
-            reason = MERGED
+            reason = MERGED  # told by `merge`
         elif odds < (rules.drop_confirmed if confirmed else rules.drop_tentative):
             reason = LOST
         elif t - bank.seen[i] > (rules.outside_s if confirmed else TENTATIVE_OUTSIDE_S):
@@ -163,13 +166,13 @@ def settle(bank: Bank, t: float, rules: Rules, s: Scratch) -> None:
             i += 1
             continue
         if reason >= 0:
-            if confirmed:
-                tell(s, reason, bank.identity[i])
+            if confirmed and reason != MERGED:
+                tell(s, reason, bank.identity[i], -1)
             remove_track(bank, i)
             continue
         if not confirmed and odds >= rules.confirm_odds and bank.hits[i] >= rules.confirm_hits:
             bank.status[i] = CONFIRMED
-            tell(s, CONFIRMED_NOW, bank.identity[i])
+            tell(s, CONFIRMED_NOW, bank.identity[i], -1)
         i += 1
 
 
@@ -182,7 +185,7 @@ def drop_unscanned(bank: Bank, t: float, silent_s: float, s: Scratch) -> None:
         if bank.address[i] >= 0:
             continue
         if bank.status[i] == CONFIRMED:
-            tell(s, NOT_SCANNED, bank.identity[i])
+            tell(s, NOT_SCANNED, bank.identity[i], -1)
         remove_track(bank, i)
 
 

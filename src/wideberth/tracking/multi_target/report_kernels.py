@@ -72,6 +72,7 @@ def element_rows(k: int, age: float, x: FloatArray, turning: bool, h: FloatArray
         g[axis], g[LATENCY] = 1.0, -x[3 + axis]
         if turning:
             h[6 + axis] = 0.5 * age * age
+            g[LATENCY] += age * x[6 + axis]
     else:
         h[3 + axis] = 1.0
         if turning:

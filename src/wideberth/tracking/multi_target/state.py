@@ -48,6 +48,9 @@ class TrackerState:
         self.config = config
         self.motion = motion_of(config)
         self.test = ownship_test(config.ownship)
+        # Reports are too coarse to tell the ownship from traffic within the 50 m that are meant for radars.
+        wide = {"traffic_radius_m": config.reports.ownship_radius_m}
+        self.heard_test = ownship_test(config.ownship.model_copy(update=wide))
         self.bank = make_bank(_FIRST_TRACKS)
         self.window = make_window(config.window_scans, config.window_plots)
         self.clutter = np.zeros((1, CLUTTER_WIDTH))
@@ -141,6 +144,19 @@ class TrackerState:
         covariance : ndarray, shape (6, 6)
         """
         find_ownship(self.bank, dt, telemetry, covariance, self.motion, self.test, self.scratch)
+
+    def identify_heard_ownship(self, t: float, dt: float, telemetry: FloatArray, covariance: FloatArray) -> None:
+        """Mark which of the aircraft that only reports tell of is the ownship.
+
+        Parameters
+        ----------
+        t, dt : float
+            Time of the telemetry, and since the last look, s.
+        telemetry : ndarray, shape (6,)
+            Position and velocity at `t`, NED; NaN: none.
+        covariance : ndarray, shape (6, 6)
+        """
+        self.fusion.identify_ownship(self.bank, t, dt, telemetry, covariance, self.heard_test, self.scratch)
 
     def snapshot(self) -> Snapshot:
         """Return a copy."""

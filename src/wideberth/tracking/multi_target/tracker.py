@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from wideberth.plots import Plots
 from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, Bank, copied_bank, predict_tracks
-from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW
+from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW, MERGED
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.file_run import run_file
 from wideberth.tracking.multi_target.hearing_kernels import SECOND_USER
 from wideberth.tracking.multi_target.history import History, Item
+from wideberth.tracking.multi_target.identity_kernels import ONE_WITH
 from wideberth.tracking.multi_target.intake import RADAR_KINDS, SensorLog, ready, scan_fault
 from wideberth.tracking.multi_target.life_kernels import drop_unscanned
 from wideberth.tracking.multi_target.reports import AddressBook, ReadyReports, report_scan_fault
@@ -59,8 +60,10 @@ class MultiTargetTracker:
         self._logs: dict[str, SensorLog] = {}
         self._t = -math.inf
         self._t_own = -math.inf
+        self._t_own_heard = -math.inf
         self._told: set[tuple[int, ...]] = set()
         self._book = AddressBook(self._config.reports)
+        self._absorbed: dict[str, str] = {}
 
     @property
     def counters(self) -> dict[str, int]:
@@ -71,6 +74,19 @@ class MultiTargetTracker:
         for place, words in REPORT_COUNTERS.items():
             counted[words] += int(self._state.fusion.counts[place])
         return {words: n for words, n in counted.items() if n}
+
+    @property
+    def absorbed(self) -> dict[str, str]:
+        """Confirmed tracks that ended in the last step as they were the same aircraft as another: which that is."""
+        final = {}
+        for ended, goes_on in self._absorbed.items():
+            # Late scans run again may have merged two tracks both ways round.
+            seen = {ended}
+            while goes_on in self._absorbed and goes_on not in seen:
+                seen.add(goes_on)
+                goes_on = self._absorbed[goes_on]
+            final[ended] = goes_on
+        return final
 
     def run(self, plots: Plots) -> TrackTable:
         """Track a whole file of one sensor's plots, from scratch, in one compiled call.
@@ -116,6 +132,7 @@ class MultiTargetTracker:
         if not math.isfinite(t):
             raise ValueError(f"time {t} is not finite")
         events: list[str] = []
+        self._absorbed = {}
         if t < self._t - self._config.late_max_s:
             n = int(self._state.bank.size[0])
             events.append(f"time went back by {self._t - t:.1f} s: {n} tracks dropped")
@@ -218,14 +235,18 @@ class MultiTargetTracker:
     def _tell(self, events: list[str]) -> None:
         """Put the kernels' events into words, each once even if scans are run again."""
         s, fusion = self._state.scratch, self._state.fusion
-        for code, identity in s.events[: s.event_count[0]].tolist():
+        for code, identity, other in s.events[: s.event_count[0]].tolist():
+            if code == MERGED:
+                self._absorbed[str(identity)] = str(other)
             if (code, identity) not in self._told:
                 self._told.add((code, identity))
-                events.append(EVENTS[code].format(identity))
+                events.append(EVENTS[code].format(identity, other))
             if code not in (CONFIRMED_NOW,):
                 self._told.discard((CONFIRMED_NOW, identity))
         s.event_count[0] = 0
         for code, track, place, other in fusion.events[: fusion.event_count[0]].tolist():
+            if code == ONE_WITH:
+                self._absorbed[str(other)] = str(track)
             if (code, track, place, other) not in self._told:
                 # What is taken back may be told again.
                 self._told = {key for key in self._told if key[1:3] != (track, place)}
@@ -237,17 +258,26 @@ class MultiTargetTracker:
             self._told = {key for key in self._told if key[1] >= oldest}
 
     def _identify(self, ownship: Ownship | None) -> None:
+        """Look which track is the ownship: of those of radars at the time of the last scan, of the others now."""
         now = float(self._state.bank.t[0])
         dt = now - self._t_own
-        if not dt > 0.0:
-            return
-        telemetry, covariance = np.full(6, math.nan), np.full((6, 6), math.nan)
-        if ownship is not None and abs(now - ownship.t) <= self._config.ownship.stale_after_s:
-            age = now - ownship.t
-            telemetry = np.concatenate([ownship.position + age * ownship.velocity, ownship.velocity])
-            covariance = telemetry_covariance(self._config.ownship, ownship.covariance, abs(age))
-        self._state.identify_ownship(dt if math.isfinite(self._t_own) else 0.0, telemetry, covariance)
-        self._t_own = now
+        if dt > 0.0:
+            self._state.identify_ownship(dt if math.isfinite(dt) else 0.0, *self._telemetry(ownship, now))
+            self._t_own = now
+        dt = self._t - self._t_own_heard
+        if dt > 0.0:
+            parts = self._telemetry(ownship, self._t)
+            self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts)
+            self._t_own_heard = self._t
+
+    def _telemetry(self, ownship: Ownship | None, t: float) -> tuple[FloatArray, FloatArray]:
+        """Return the ownship's position and velocity at `t`, and their covariance; NaN if none is recent."""
+        c = self._config.ownship
+        if ownship is None or abs(t - ownship.t) > c.stale_after_s:
+            return np.full(6, math.nan), np.full((6, 6), math.nan)
+        age = t - ownship.t
+        telemetry = np.concatenate([ownship.position + age * ownship.velocity, ownship.velocity])
+        return telemetry, telemetry_covariance(c, ownship.covariance, abs(age))
 
     def _tracks(self, t: float) -> tuple[Track, ...]:
         state = self._state
@@ -319,6 +349,7 @@ class MultiTargetTracker:
                 covariance=p[k],
                 status=status,
                 t_last_update=last,
+                is_ownship=bool(heard.own[place, FLAG] != 0.0),
                 existence=min(c.existence_max, float(heard.reports[place]) / c.reports.confirm_positions),
                 sources=self._receivers(place),
                 info=self._book.infos[place],

@@ -20,7 +20,7 @@ EVENTS = {
     CONFIRMED_NOW: "track {} confirmed",
     LOST: "track {} lost: no longer seen",
     LEFT_VIEW: "track {} lost: outside every field of view",
-    MERGED: "track {} ended: the same aircraft as another",
+    MERGED: "track {} ended: the same aircraft as track {}",
     TOO_UNCERTAIN: "track {} lost: too uncertain",
     NOT_SCANNED: "track {} lost: no scan for too long",
 }

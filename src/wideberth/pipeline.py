@@ -31,8 +31,10 @@ class Tracker(Protocol):
 class Detector(Protocol):
     """What the pipeline needs of a conflict detector."""
 
-    def assess(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Threat, ...]:
-        """Return one threat for every track."""
+    def assess(
+        self, t: float, ownship: Ownship, tracks: Sequence[Track], path: Mission | Maneuver | None = None
+    ) -> tuple[Threat, ...]:
+        """Return one threat for every track; `path` is what is being flown."""
 
 
 class Planner(Protocol):
@@ -116,6 +118,7 @@ class Pipeline:
         self._own = OwnTracks()
         self._navigation = NavigationWatch()
         self._levels = AlertFilter(LEVEL_HOLD)
+        self._maneuver: Maneuver | None = None
         self._counter = counter
         self._watch = watch if watch is not None else SensorWatch({}, 0.0)
 
@@ -153,11 +156,13 @@ class Pipeline:
         # A radar on the ground sees the ownship as well: nobody has to avoid himself.
         others = tuple(track for track in (*tracks, *lost) if not track.is_ownship)
         c1 = self._counter()
-        threats = self._levels.step(t, self._detector.assess(t, ownship, others))
+        flown = mission if self._maneuver is None else self._maneuver
+        threats = self._levels.step(t, self._detector.assess(t, ownship, others, flown))
         c2 = self._counter()
         maneuver, decisions = None, tuple[str, ...]()
         if self._planner is not None:
             maneuver, decisions = self._planner.decide(t, ownship, others, threats, mission)
+        self._maneuver = maneuver
         c3 = self._counter()
         sensors, sound, states = self._watch.step(t, ownship, scans)
         alert = max((threat.level for threat in threats), default=AlertLevel.CLEAR)

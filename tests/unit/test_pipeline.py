@@ -281,3 +281,30 @@ def test_a_track_of_unknown_extent_is_unknown_and_not_clear():
     made = pipeline(FakeTracker([wrong]), AdsbDetector(DetectionConfig()), planner)
     snapshot = made.step(0.0, ownship(0), [scan(0.0)], MISSION)
     assert snapshot.alert_state >= UNKNOWN and len(snapshot.tracks) == 1
+
+
+def test_the_detector_is_told_what_is_flown():
+    told = []
+
+    class NoTracks:
+        counters = {}
+
+        def step(self, t, scans, ownship=None):
+            return (), ()
+
+    class Watching:
+        def assess(self, t, ownship, tracks, path=None):
+            told.append(path)
+            return ()
+
+    class Turning:
+        def decide(self, t, ownship, tracks, threats, mission):
+            if t < 0.2:
+                return None, ()
+            return Maneuver(t, np.zeros((1, 3)), np.array([t + 1.0]), "turn", t + 9.0), ()
+
+    pipeline = Pipeline(NoTracks(), Watching(), Turning(), 60.0, lambda: 0.0)
+    mission = Mission(np.array([[0.0, 0.0, -100.0], [900.0, 0.0, -100.0]]), np.array([20.0, 20.0]), 0.0)
+    for t in (0.0, 0.1, 0.2, 0.3):
+        pipeline.step(t, Ownship(t, np.array([20.0 * t, 0.0, -100.0]), np.array([20.0, 0.0, 0.0])), (), mission)
+    assert [type(path).__name__ for path in told] == ["Mission", "Mission", "Mission", "Maneuver"]

@@ -35,6 +35,11 @@ class PathCylinderDetector:
         self._config = config
         self._model = MODELS[config.motion]
 
+    @property
+    def near_radius(self) -> float:
+        """Horizontal distance within which an aircraft is never clear, m."""
+        return self._config.safety_radius_m
+
     def assess(
         self, t: float, ownship: Ownship, tracks: Sequence[Track], path: Mission | Maneuver | None = None
     ) -> tuple[Threat, ...]:

@@ -29,12 +29,13 @@ class Tracker(Protocol):
 
 
 class Detector(Protocol):
-    """What the pipeline needs of a conflict detector."""
+    """What the pipeline needs of a conflict detector.
 
-    def assess(
-        self, t: float, ownship: Ownship, tracks: Sequence[Track], path: Mission | Maneuver | None = None
-    ) -> tuple[Threat, ...]:
-        """Return one threat for every track; `path` is what is being flown."""
+    One with a true attribute `judges_path` takes the path being flown as well: ``assess(t, ownship, tracks, path)``.
+    """
+
+    def assess(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Threat, ...]:
+        """Return one threat for every track."""
 
 
 class Planner(Protocol):
@@ -112,12 +113,13 @@ class Pipeline:
         watch: SensorWatch | None = None,
     ) -> None:
         self._tracker = tracker
-        self._detector = detector
         self._planner = planner
         self._lost = LostTraffic(lost_memory)
         self._own = OwnTracks()
         self._navigation = NavigationWatch()
         self._levels = AlertFilter(LEVEL_HOLD)
+        self._assess: Callable[..., tuple[Threat, ...]] = detector.assess
+        self._judges_path = bool(getattr(detector, "judges_path", False))
         self._maneuver: Maneuver | None = None
         self._counter = counter
         self._watch = watch if watch is not None else SensorWatch({}, 0.0)
@@ -157,7 +159,7 @@ class Pipeline:
         others = tuple(track for track in (*tracks, *lost) if not track.is_ownship)
         c1 = self._counter()
         flown = mission if self._maneuver is None else self._maneuver
-        threats = self._levels.step(t, self._detector.assess(t, ownship, others, flown))
+        threats = self._levels.step(t, self._assess(t, ownship, others, *((flown,) if self._judges_path else ())))
         c2 = self._counter()
         maneuver, decisions = None, tuple[str, ...]()
         if self._planner is not None:

@@ -287,12 +287,12 @@ def test_the_detector_is_told_what_is_flown():
     told = []
 
     class NoTracks:
-        counters = {}
-
         def step(self, t, scans, ownship=None):
             return (), ()
 
     class Watching:
+        judges_path = True
+
         def assess(self, t, ownship, tracks, path=None):
             told.append(path)
             return ()

@@ -10,7 +10,7 @@ from wideberth.conflict.config import DetectionConfig
 from wideberth.conflict.detection import DetectionRules
 from wideberth.conflict.uncertainty import ConstantNoise
 from wideberth.conflict.well_clear import PRESETS
-from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, Threat, Track
+from wideberth.types import AlertLevel, Ownship, Threat, Track
 
 _LEVELS = {int(level): level for level in AlertLevel}
 
@@ -74,9 +74,7 @@ class AdsbDetector:
         """Horizontal distance within which an aircraft is never clear, m."""
         return float(self._near[0])
 
-    def assess(
-        self, t: float, ownship: Ownship, tracks: Sequence[Track], path: Mission | Maneuver | None = None
-    ) -> tuple[Threat, ...]:
+    def assess(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Threat, ...]:
         """Return one threat for every track, in their order.
 
         Parameters
@@ -86,8 +84,6 @@ class AdsbDetector:
         ownship : Ownship
         tracks : sequence of Track
             The ownship's own echo (`is_ownship`) is clear.
-        path : Mission or Maneuver, optional
-            Not looked at: encounters are judged on straight courses.
         """
         if not tracks:
             return ()

@@ -31,6 +31,8 @@ class PathCylinderDetector:
 
     Config = PathCylinderConfig
 
+    judges_path = True
+
     def __init__(self, config: PathCylinderConfig) -> None:
         self._config = config
         self._model = MODELS[config.motion]

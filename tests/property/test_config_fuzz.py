@@ -29,6 +29,15 @@ def test_toml_reads_back_as_the_same_table(table: dict[str, Any]) -> None:
     assert tomllib.loads(to_toml(table)) == table
 
 
+def place(point: dict[str, Any]) -> tuple[Any, ...]:
+    return tuple(point.get(key) for key in ("lat_deg", "lon_deg", "north_m", "east_m"))
+
+
+def missions() -> st.SearchStrategy[list[dict[str, Any]]]:
+    # A mission at one place is refused: tests/scenario/test_faults.py.
+    return st.lists(positions(), min_size=2, max_size=4, unique_by=place)
+
+
 def positions() -> st.SearchStrategy[dict[str, Any]]:
     altitude = st.floats(-100, 20_000)
     geodetic = st.fixed_dictionaries(
@@ -68,9 +77,7 @@ scenarios = st.fixed_dictionaries(
         "duration_s": st.floats(0.1, 1e5),
         "step_s": st.floats(0.01, 1),
         "origin": st.fixed_dictionaries({"lat_deg": st.floats(-90, 90), "lon_deg": st.floats(-180, 180)}),
-        "mission": st.fixed_dictionaries(
-            {"speed_mps": speeds, "waypoints": st.lists(positions(), min_size=2, max_size=4)}
-        ),
+        "mission": st.fixed_dictionaries({"speed_mps": speeds, "waypoints": missions()}),
         "wind": st.fixed_dictionaries({}, optional={"north_mps": st.floats(-50, 50), "up_mps": st.floats(-5, 5)}),
         "evaluation": st.fixed_dictionaries(
             {},

@@ -47,15 +47,22 @@ def test_the_commanded_velocity_passes_at_the_distance():
 
 
 @given(
-    st.tuples(*[st.floats(-60, 60)] * 3),
-    st.tuples(*[st.floats(-5, 5)] * 2),
+    st.floats(-10, 10),
+    st.floats(8, 40) | st.floats(-40, -8),
+    st.floats(0, 40),
+    st.sampled_from([-1.0, 1.0]),
+    st.floats(0.5, 5),
+    st.floats(-math.pi, math.pi),
 )
-def test_gains_are_the_derivatives(p, v):
-    p, v = np.array(p), np.array([*v, 0.0])
-    horizontal = math.hypot(p[0], p[1])
-    assume(np.linalg.norm(v) > 0.5 and p @ p > 1.1 * D**2 and abs(horizontal - D) > 0.5)
-    middle = (D**2 - horizontal**2) * (v @ v) + (p @ v) ** 2
-    assume(middle > 1.0)
+def test_gains_are_the_derivatives(miss, ahead, extra, side, speed, course):
+    # Outside the sphere, and passing nearer than its radius in the plane: there a velocity is tangent.
+    horizontal = math.hypot(miss, ahead)
+    assume(abs(horizontal - D) > 0.5)
+    along = np.array([math.cos(course), math.sin(course), 0.0])
+    across = np.array([-math.sin(course), math.cos(course), 0.0])
+    height = side * (math.sqrt(max(1.2 * D**2 - horizontal**2, 1.0)) + extra)
+    p = -ahead * along + miss * across + np.array([0.0, 0.0, height])
+    v = speed * along
     gains = tangent_gains(p, v, D)
     h = 1e-5
     for i in range(3):

@@ -31,11 +31,14 @@ lint: setup  ## style, types and the import contracts
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# The second pass runs the kernels as plain Python: it sees what a compiler hides, and measures their coverage.
-test: lint  ## lint, then every test, then the kernels' tests again without the compiler
-	$(BIN)/wideberth warmup
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term
-	$(BIN)/python -m pytest -n 2
+# The first pass runs the kernels as plain Python: it sees what a compiler hides, and measures their coverage.
+# The kernels are compiled meanwhile, on one core.
+test: setup  ## lint, the kernels' tests without the compiler, then every test
+	$(BIN)/wideberth warmup & warm=$$!; \
+	$(MAKE) --no-print-directory lint \
+	  && NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term; \
+	status=$$?; wait $$warm && exit $$status
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 # Without BlueSky all other benchmarks still run.
 bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results

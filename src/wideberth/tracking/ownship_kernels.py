@@ -65,6 +65,15 @@ class OwnshipTest(NamedTuple):
 
 
 @jit_uncounted
+def telemetry_known(telemetry: FloatArray, covariance: FloatArray) -> bool:
+    """Return whether position and velocity (6) of the ownship and their variances are all finite."""
+    known = True
+    for i in range(6):
+        known = known and math.isfinite(telemetry[i]) and math.isfinite(covariance[i, i])
+    return known
+
+
+@jit_uncounted
 def look(
     dt: float,
     x: FloatArray,
@@ -211,9 +220,7 @@ def identify(
     int
         The track, or -1 for none.
     """
-    known = True
-    for i in range(6):
-        known = known and math.isfinite(telemetry[i]) and math.isfinite(covariance[i, i])
+    known = telemetry_known(telemetry, covariance)
     for i in range(n):
         if known:
             look(dt, x[i], p[i], telemetry, covariance, test, states[i], work)

@@ -15,7 +15,7 @@ from wideberth.tracking.multi_target.buffers_kernels import Scratch, make_scratc
 from wideberth.tracking.multi_target.heard_kernels import Heard, make_heard
 from wideberth.tracking.multi_target.identity_kernels import FARTHEST_M, find_slots, witness
 from wideberth.tracking.multi_target.imm_kernels import HYPOTHESES, STRAIGHT
-from wideberth.tracking.ownship_kernels import STATE_WIDTH, OwnshipTest, choose, forget, look
+from wideberth.tracking.ownship_kernels import STATE_WIDTH, OwnshipTest, choose, forget, look, telemetry_known
 
 FloatArray = NDArray[np.float64]
 
@@ -53,9 +53,7 @@ def find_heard_ownship(
     test : OwnshipTest
     s : Scratch
     """
-    known = True
-    for a in range(6):
-        known = known and math.isfinite(telemetry[a]) and math.isfinite(covariance[a, a])
+    known = telemetry_known(telemetry, covariance)
     find_slots(bank, heard)
     for u in range(heard.alive.shape[0]):
         near = heard.alive[u] == 1 and heard.slot[u] < 0 and heard.status[u] == CONFIRMED

@@ -36,7 +36,7 @@ from wideberth.tracking.multi_target.window_kernels import (
     make_window,
     open_window,
 )
-from wideberth.tracking.ownship_kernels import FLAG, OwnshipTest, choose, forget, look
+from wideberth.tracking.ownship_kernels import FLAG, OwnshipTest, choose, forget, look, telemetry_known
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -224,9 +224,7 @@ def find_ownship(
     test : OwnshipTest
     s : Scratch
     """
-    known = True
-    for a in range(6):
-        known = known and math.isfinite(telemetry[a]) and math.isfinite(covariance[a, a])
+    known = telemetry_known(telemetry, covariance)
     for i in range(bank.size[0]):
         if not known:
             forget(dt, test, bank.own[i])

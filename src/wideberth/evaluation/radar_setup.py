@@ -1,6 +1,5 @@
 """A radar from a TOML file: its settings, where it stands, and how its raw samples lie in a file."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,17 +94,3 @@ def _over(base: dict[str, Any], given: dict[str, Any]) -> dict[str, Any]:
         deeper = isinstance(value, dict) and isinstance(both.get(key), dict)
         both[key] = _over(both[key], value) if deeper else value
     return both
-
-
-def local_direction(setup: RadarSetup, azimuth: float, elevation: float) -> tuple[float, float]:
-    """Return bearing from north and elevation above the horizon of a direction in the array's axes, rad.
-
-    Parameters
-    ----------
-    setup : RadarSetup
-    azimuth, elevation : float
-        rad.
-    """
-    ce = math.cos(elevation)
-    n, e, d = setup.attitude @ [ce * math.cos(azimuth), ce * math.sin(azimuth), -math.sin(elevation)]
-    return math.atan2(e, n), math.asin(max(-1.0, min(1.0, -d)))

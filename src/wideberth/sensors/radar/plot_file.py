@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.errors import InputError
+from wideberth.frames import rotation_ned_body
 from wideberth.plots import Plots
 
 __all__ = ["PlotFile", "PlotTruth", "Plots", "read_plot_file"]
@@ -205,7 +206,7 @@ class _Reader:
             ownship = np.concatenate([truth.position[:, own], truth.velocity[:, own]], axis=1)
         if not onboard and ("radar_pos" in self._arrays or "radar_att" in self._arrays):
             position = np.tile(self._numbers("radar_pos", (3,)) * _NEU_NED, (n_scans, 1))
-            attitude = np.tile(_rotation(self._numbers("radar_att", (3,))[None]), (n_scans, 1, 1))
+            attitude = np.tile(rotation_ned_body(*self._numbers("radar_att", (3,)).tolist()), (n_scans, 1, 1))
         sigma = self._numbers("sigma", (3,))
         if np.any(sigma <= 0):
             raise InputError(f"{self._name}: sigma must be positive, got {sigma.tolist()}")

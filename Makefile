@@ -20,7 +20,6 @@ $(STAMP): requirements-dev.lock pyproject.toml
 	touch $(STAMP)
 
 demo: setup  ## fly the demo with and without avoidance and compare
-	$(BIN)/wideberth warmup
 	$(BIN)/wideberth run scenarios/adsb_crossing.toml --out out/demo/no-avoidance --no-avoidance
 	$(BIN)/wideberth run scenarios/adsb_crossing.toml --out out/demo/avoidance
 	$(BIN)/wideberth compare out/demo/no-avoidance out/demo/avoidance

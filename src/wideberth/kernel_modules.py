@@ -4,6 +4,7 @@ Each has a plain function ``warmup()`` that calls what Python calls of it, with 
 """
 
 import importlib
+import sys
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -15,6 +16,11 @@ def names() -> list[str]:
     """Return the full names of all modules of kernels."""
     paths = (p.relative_to(_PACKAGE.parent).with_suffix("") for p in _PACKAGE.rglob("*kernels.py"))
     return sorted(".".join(p.parts) for p in paths)
+
+
+def loaded() -> list[str]:
+    """Return those that are imported: a scenario's, once it is built, and not those of parts that it has not."""
+    return [name for name in names() if name in sys.modules]
 
 
 def kernels_of(module: ModuleType) -> list[Any]:

@@ -20,21 +20,22 @@ from wideberth import kernel_modules
 from wideberth.config import load_scenario
 from wideberth.run import run_scenario
 
-for name in kernel_modules.names():
+path, only_loaded, *overrides = json.loads(sys.argv[1])
+scenario = load_scenario(Path(path), overrides)
+for name in kernel_modules.loaded() if only_loaded == "loaded" else kernel_modules.names():
     kernel_modules.warm_up(name)
 kernels = [k for n in kernel_modules.names() for k in kernel_modules.kernels_of(importlib.import_module(n))]
 before = [set(k.signatures) for k in kernels]
-path, *overrides = json.loads(sys.argv[1])
-summary = run_scenario(load_scenario(Path(path), overrides), None, report=False)
+summary = run_scenario(scenario, None, report=False)
 new = {f"{k.__module__}.{k.__name__}": set(k.signatures) - b for k, b in zip(kernels, before)}
 late = {name: str(signatures) for name, signatures in new.items() if signatures}
 print("RESULT", json.dumps({"late": late, "intruders": summary["intruders"]}))
 """
 
 
-def late_compilations(*scenario: object) -> tuple[dict[str, str], int]:
+def late_compilations(scenario: Path, *overrides: str, warm: str = "all") -> tuple[dict[str, str], int]:
     environment = {k: v for k, v in os.environ.items() if k != "NUMBA_DISABLE_JIT"}
-    arguments = [sys.executable, "-c", SCRIPT, json.dumps([str(s) for s in scenario])]
+    arguments = [sys.executable, "-c", SCRIPT, json.dumps([str(scenario), warm, *overrides])]
     done = subprocess.run(arguments, env=environment, cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     result = json.loads(done.stdout.splitlines()[-1].removeprefix("RESULT "))
@@ -44,6 +45,12 @@ def late_compilations(*scenario: object) -> tuple[dict[str, str], int]:
 def test_simulated_run_compiles_nothing_after_the_warm_up() -> None:
     late, intruders = late_compilations(ROOT / "scenarios" / "adsb_crossing.toml", "duration_s=130")
     assert intruders == 3
+    assert late == {}
+
+
+@pytest.mark.parametrize("name", ["adsb_crossing", "ground_radar", "gbr_1"])
+def test_the_kernels_that_a_scenario_loads_are_all_that_it_needs(name: str) -> None:
+    late, _ = late_compilations(ROOT / "scenarios" / f"{name}.toml", "duration_s=40", warm="loaded")
     assert late == {}
 
 

@@ -37,6 +37,7 @@ from wideberth.avoidance.kernels import (
 )
 from wideberth.vehicles.kernels import (
     N_PARAMS,
+    N_STATES,
     P_CAPTURE,
     fly_path,
     waypoint_passed,
@@ -349,3 +350,4 @@ def decide(
 def warmup() -> None:
     """Compile what Python calls of this module; `planner_kernels` compiles the rest."""
     free_of_capture(np.ones(N_PARAMS))
+    advance_index(np.ones(N_STATES), np.ones((2, 3)), 0, np.ones(N_PARAMS))

@@ -95,7 +95,7 @@ def run(
         task = bar.add_task(f"{checked.name}: compiling kernels", total=1.0, state="")
         if not vars(numba.config)["DISABLE_JIT"]:
             # Before the first step, so that no step waits for the compiler.
-            for name in kernel_modules.names():
+            for name in kernel_modules.loaded():
                 kernel_modules.warm_up(name)
         bar.update(task, description=checked.name)
 

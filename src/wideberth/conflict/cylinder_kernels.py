@@ -264,3 +264,4 @@ def warmup() -> None:
     horizontal_stay(1.0, 1.0, 1.0, 1.0, 1.0)
     vertical_stay(1.0, 1.0, 1.0)
     path_closest(own, speeds, waypoints, states[0], states[0], 1.0)
+    near_now(own, own, 1.0, 1.0)

@@ -28,8 +28,9 @@ DELAY_MAX, LOSS = 4.0, 0.2
 CUBE = 300 * FOOT
 LAYER = 40 * FOOT
 FIRST_TIME, FIRST_DISTANCE = 20.0, 16 * FOOT
-PAIRS = ("none", "bang_bang", "continuous", "interval")
-CUBES = ("none", "bang_bang", "continuous", "interval", "altitudes")
+MANEUVERS = ("horizontal", "speed", "least_deviation", "combined", "roundabout")
+PAIRS = ("none", "bang_bang", "continuous", "interval", *MANEUVERS)
+CUBES = ("none", "bang_bang", "continuous", "interval", "altitudes", *MANEUVERS)
 
 
 def draw_pair(rng: np.random.Generator) -> FloatArray:
@@ -103,22 +104,23 @@ def fly_all(
     Returns
     -------
     dict
-        ``least`` and ``drift`` (count,), m; ``violated`` (count,), pairs within the sphere; ``switches`` and
+        ``least``, ``drift`` and ``aside`` (count,), m; ``violated`` (count,), pairs within the sphere; ``switches`` and
         ``counters``, sums.
     """
     fleet = fleet_of(n, name, duration, seed, delay_s=DELAY_MAX, loss=LOSS)
-    least, drift, violated = np.empty(count), np.empty(count), np.zeros(count, int)
+    least, drift, aside, violated = np.empty(count), np.empty(count), np.empty(count), np.zeros(count, int)
     counters = np.zeros(len(COUNTERS), int)
     for k in range(count):
         rng = np.random.default_rng([seed, 0xCA5, n, k])
         x, delay = draw(rng), rng.uniform(0.0, DELAY_MAX)
         fleet.fly(x, encounter=k, delay=delay)
-        least[k], drift[k] = fleet.separation.min(), fleet.drift.max()
+        least[k], drift[k], aside[k] = fleet.separation.min(), fleet.drift.max(), fleet.aside.max()
         violated[k] = np.count_nonzero(np.triu(fleet.separation < SEPARATION, 1))
         counters += fleet.counters.sum(axis=0)
     return {
         "least": least,
         "drift": drift,
+        "aside": aside,
         "violated": violated,
         "counters": dict(zip(COUNTERS, counters, strict=True)),
     }
@@ -128,16 +130,17 @@ def rows_of(found: dict[str, dict[str, Any]]) -> list[str]:
     """Return the rows of a table of results by controller."""
     lines = [
         "| controller | encounters with a violation | per 1,000 (95 %) | pairs | least, ft |"
-        " drift median / largest, ft | switches per encounter |",
-        "|---|---|---|---|---|---|---|",
+        " drift median / largest, ft | aside median / largest, ft | switches per encounter |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     for name, one in found.items():
         n, bad = len(one["least"]), int(np.count_nonzero(one["violated"]))
         low, high = (1000 * x for x in wilson(bad, n))
-        drift = one["drift"] / FOOT
+        drift, aside = one["drift"] / FOOT, one["aside"] / FOOT
         lines.append(
             f"| {name} | {bad} | {1000 * bad / n:.1f} ({low:.1f} to {high:.1f}) | {one['violated'].sum()} |"
             f" {one['least'].min() / FOOT:.1f} | {np.median(drift):.1f} / {drift.max():.1f} |"
+            f" {np.median(aside):.1f} / {aside.max():.1f} |"
             f" {one['counters']['switches'] / n:.1f} |"
         )
     return lines
@@ -178,7 +181,8 @@ def page_of(found: dict[str, dict[str, dict[str, Any]]]) -> str:
         "Made by `python -m experiments.cas_encounters`. Default settings (docs/cas.md) with each controller, 20 Hz,"
         " the same messages for all: 0 to 4 s late (drawn for each encounter), 20 % lost, positions noisy by 1 ft per"
         " axis, nothing known before the first message. Speeds 1 to 5 ft/s. A violation is a distance below 12 ft."
-        " Drift is the largest distance from the altitude wanted. 95 % intervals are Wilson's.",
+        " Drift is the largest distance from the altitude wanted, aside that from the straight track. 95 %"
+        " intervals are Wilson's.",
         "",
         f"## {len(pairs['none']['least']):,} pairs that would meet 20 to 40 s after the start",
         "",

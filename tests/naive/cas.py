@@ -1,4 +1,4 @@
-"""Naive twins of the cooperative vertical controllers and of the fleet: plain vectors, one thought a line."""
+"""Naive twins of the cooperative controllers and of the fleet: plain vectors, one thought a line."""
 
 import math
 from dataclasses import dataclass, field
@@ -251,3 +251,80 @@ def head_on(vehicles: list[NaiveVehicle], steps: int, dt: float, delay: int, los
             x[5] = vehicle.rate + (x[5] - vehicle.rate) * left
         least = min(least, float(np.linalg.norm(vehicles[0].x[:3] - vehicles[1].x[:3])))
     return least, np.array([v.x for v in vehicles])
+
+
+def cross(a: FloatArray, b: FloatArray) -> float:
+    return float(a[0] * b[1] - a[1] * b[0])
+
+
+def missing_separation(
+    command: FloatArray, own: FloatArray, other: FloatArray, c: CasConfig, widening: float, sided: bool
+) -> float:
+    """How much of the separation a command misses against one other; negative where it keeps more."""
+    d = c.separation_m + c.margin_m
+    p, v_now = own[:3] - other[:3], own[3:] - other[3:]
+    wanted = min(d * widening, 0.98 * float(np.linalg.norm(p)))
+    decided = abs(cross(p, v_now)) > 0.25 * d * np.linalg.norm(v_now[:2]) and c.controller != "roundabout"
+    side = np.sign(cross(p, v_now)) if decided else -1
+    lag = np.array([c.level_lag_s, c.level_lag_s, c.lag_s])
+    p, v = p + (own[3:] - command) * lag, command - other[3:]
+    t, distance = closest(p, v)
+    if sided and t > 0 and cross(p, v) * side < 0 and abs(p[2] + v[2] * t) < 0.95 * wanted:
+        distance = -abs(cross(p, v)) / float(np.linalg.norm(v[:2]))
+    return wanted - distance
+
+
+def velocity_cost(
+    command: FloatArray,
+    own: FloatArray,
+    others: list[FloatArray],
+    preferred: FloatArray,
+    held: FloatArray,
+    c: CasConfig,
+) -> float:
+    missing = max(0.0, *(missing_separation(command, own, other, c, 1.0, True) for other in others))
+    return float(np.linalg.norm(command - preferred) + 0.15 * np.linalg.norm(command - held) + 1000.0 * missing)
+
+
+def turned(v: FloatArray, degrees: float) -> FloatArray:
+    """To the right."""
+    s, k = math.sin(math.radians(degrees)), math.cos(math.radians(degrees))
+    return np.array([v[0] * k - v[1] * s, v[1] * k + v[0] * s, v[2]])
+
+
+def choose_velocity(
+    own: FloatArray,
+    others: list[FloatArray],
+    preferred: FloatArray,
+    held: FloatArray,
+    avoiding: bool,
+    climb: float,
+    c: CasConfig,
+) -> tuple[FloatArray | None, float, int]:
+    """Command, its cost and whom it avoids first; None where guidance flies. `climb` is that of `interval`."""
+    misses = [missing_separation(preferred, own, other, c, 2.0 if avoiding else 1.0, False) for other in others]
+    if max(misses) <= 0:
+        return None, 0.0, -1
+    name, speed = c.controller, float(np.linalg.norm(preferred[:2]))
+    lowest = 0.0 if too_low(own, c) else c.sink_rate_max_mps
+    candidates = [preferred]
+    for degrees in range(5, 125, 5):
+        if name != "speed":
+            candidates.append(turned(preferred, degrees))
+        if name not in {"speed", "roundabout"}:
+            candidates.append(turned(preferred, -degrees))
+    paces = [c.speed_max_mps * k / 20 for k in range(21)] if speed > 1e-6 else []
+    if name in {"speed", "combined", "least_deviation"}:
+        candidates += [np.array([*preferred[:2] * pace / speed, preferred[2]]) for pace in paces]
+    if name in {"combined", "least_deviation"}:
+        for more in np.linspace(1.0, 2.0, 6):
+            rate = preferred[2] + (climb - preferred[2]) * more
+            candidates.append(np.array([*preferred[:2], np.clip(rate, -c.climb_rate_max_mps, lowest)]))
+    if name == "combined" and speed > 1e-6:
+        for degrees in range(-60, 75, 15):
+            for pace in paces[::5]:
+                level = turned(preferred, degrees)[:2] * pace / speed
+                candidates += [np.array([*level, rate]) for rate in np.linspace(-c.climb_rate_max_mps, lowest, 7)]
+    costs = [velocity_cost(v, own, others, preferred, held, c) for v in candidates]
+    best = int(np.argmin(costs))
+    return candidates[best], costs[best], int(np.argmax(misses))

@@ -47,17 +47,15 @@ def _table(summary: dict[str, Any]) -> "Table":
     from rich.table import Table
 
     table = Table(title=str(summary["name"]), title_justify="left")
-    table.add_column("vehicle", justify="right")
-    for name in ("controller", "least separation, m (ft)", "drift up, m", "drift down, m", "switches", "avoidances"):
-        table.add_column(name, justify="left" if name == "controller" else "right")
+    table.add_column("", justify="right")
+    for name in ("controller", "least, m", "up, m", "down, m", "aside, m", "late, m", "avoidances"):
+        table.add_column(name, justify="left" if name == "controller" else "right", no_wrap=True)
     for k, one in enumerate(summary["vehicles"]):
         table.add_row(
             str(k),
             one["controller"],
-            f"{one['least_separation_m']:.3f} ({one['least_separation_ft']:.2f})",
-            f"{one['drift_up_m']:.2f}",
-            f"{one['drift_down_m']:.2f}",
-            str(one["switches"]),
+            f"{one['least_separation_m']:.3f}",
+            *(f"{one[name]:.2f}" for name in ("drift_up_m", "drift_down_m", "aside_m", "late_m")),
             str(one["avoidances"]),
         )
     return table

@@ -41,6 +41,8 @@ def summary_of(config: FleetConfig, run: FleetRun) -> dict[str, Any]:
                 "least_separation_ft": float(run.separation[k].min()) / FOOT,
                 "drift_up_m": float(run.drift[k, 0]),
                 "drift_down_m": float(run.drift[k, 1]),
+                "aside_m": float(run.aside[k]),
+                "late_m": float(run.late[k]),
                 "avoidances": sum(event.vehicle == k for event in run.events),
                 **{name: int(counts[k]) for name, counts in run.counters.items()},
             }
@@ -79,6 +81,24 @@ def altitude_figure(run: FleetRun) -> Figure:
         rates.set_title("Commanded climb rate")
         rates.set_ylabel("m/s")
         rates.set_xlabel("time, s")
+    return figure
+
+
+def plan_figure(run: FleetRun) -> Figure:
+    """Return the tracks seen from above, with where each vehicle started."""
+    with rc_context(RC):
+        figure = new_figure(6.4, 6.0)
+        axes = figure.subplots()
+        for k in range(run.states.shape[1]):
+            north, east = run.states[:, k, 0], run.states[:, k, 1]
+            axes.plot(
+                east, north, label=f"vehicle {k}", linewidth=1.4, color=traffic_colour(k), linestyle=traffic_dashes(k)
+            )
+            axes.plot(east[:1], north[:1], marker="o", color=traffic_colour(k))
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_title("Tracks from above; dots are the starts")
+        axes.set_xlabel("east, m")
+        axes.set_ylabel("north, m")
     return figure
 
 
@@ -126,7 +146,11 @@ def write_cas_report(out: Path, config: FleetConfig, run: FleetRun, summary: dic
         If the folder cannot be written.
     """
     separation = summary["separation_wanted_m"]
-    figures = {"altitude": altitude_figure(run), "separation": separation_figure(run, separation)}
+    figures = {
+        "plan": plan_figure(run),
+        "altitude": altitude_figure(run),
+        "separation": separation_figure(run, separation),
+    }
     vehicles = [
         [
             str(k),
@@ -134,6 +158,8 @@ def write_cas_report(out: Path, config: FleetConfig, run: FleetRun, summary: dic
             number(one["least_separation_m"], " m", 3),
             number(one["drift_up_m"], " m", 2),
             number(one["drift_down_m"], " m", 2),
+            number(one["aside_m"], " m", 2),
+            number(one["late_m"], " m", 2),
             *(number(one[name]) for name in ("switches", "reversals", "received", "lost", "out_of_order", "absurd")),
         ]
         for k, one in enumerate(summary["vehicles"])
@@ -154,13 +180,15 @@ def write_cas_report(out: Path, config: FleetConfig, run: FleetRun, summary: dic
     body = (
         section("Altitude", "", svg(figures["altitude"], "Altitude and commanded climb rate over time"))
         + section("Separation", "", svg(figures["separation"], "Least distance of any pair over time"))
+        + section("Tracks", "", svg(figures["plan"], "Tracks from above"))
         + section(
             "Vehicles",
-            "Drift is measured from the altitude wanted; messages are counted by receiver.",
+            "Drift is measured from the altitude wanted, aside and late from the straight track and the place on it;"
+            " messages are counted by receiver.",
             table(
                 [
-                    *("vehicle", "controller", "least separation", "drift up", "drift down", "switches", "reversals"),
-                    *("received", "lost", "out of order", "absurd"),
+                    *("vehicle", "controller", "least separation", "drift up", "drift down", "aside", "late"),
+                    *("switches", "reversals", "received", "lost", "out of order", "absurd"),
                 ],
                 vehicles,
                 text_columns=2,

@@ -54,6 +54,8 @@ class FleetRun:
         Least distance of each pair, m, and when, s; infinite on the diagonal.
     drift : ndarray, shape (n, 2)
         Farthest above and below the altitude wanted, m.
+    aside, late : ndarray, shape (n,)
+        Farthest to the side of the straight track, and behind the place on it at that time, m.
     counters : dict of str to ndarray of int64, shape (n,)
         By the names of `COUNTERS`: messages by receiver, decisions without a fresh message, switches of avoidance on
         and off, and reversals within one.
@@ -74,6 +76,8 @@ class FleetRun:
     separation: FloatArray
     separation_time: FloatArray
     drift: FloatArray
+    aside: FloatArray
+    late: FloatArray
     counters: dict[str, NDArray[np.int64]]
     events: tuple[AvoidanceEvent, ...]
     events_unrecorded: int
@@ -181,6 +185,16 @@ class Fleet:
         return self._results.drift
 
     @property
+    def aside(self) -> FloatArray:
+        """Farthest to the side of the straight track (n,) in the last run, m."""
+        return self._results.aside
+
+    @property
+    def late(self) -> FloatArray:
+        """Farthest behind the place on the track (n,) in the last run, m."""
+        return self._results.late
+
+    @property
     def counters(self) -> NDArray[np.int64]:
         """Counts (n, 8) of the last run, columns as `COUNTERS`."""
         return self._results.counters
@@ -193,6 +207,8 @@ class Fleet:
             r.separation.copy(),
             r.separation_time.copy(),
             r.drift.copy(),
+            r.aside.copy(),
+            r.late.copy(),
             {name: r.counters[:, c].copy() for c, name in enumerate(COUNTERS)},
             tuple(AvoidanceEvent(int(e[0]), int(e[1]), REASONS[int(e[2])], *map(float, e[3:])) for e in rows),
             max(events - len(r.events), 0),

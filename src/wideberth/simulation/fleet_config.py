@@ -58,7 +58,7 @@ class FleetVehicleConfig(PartConfig):
     Attributes
     ----------
     position_m, velocity_mps : tuple of float
-        North, east and altitude; north, east and up. The horizontal velocity is kept.
+        North, east and altitude; north, east and up. The track is the straight line from there.
     altitude_wanted_m : float or None
         None: the one it starts at.
     controller : CasConfig or None

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
+from wideberth.avoidance.cas import maneuver_kernels as maneuver
 from wideberth.avoidance.cas import multi_kernels as multi
 from wideberth.avoidance.cas import pair_kernels as pair
 from wideberth.simulation import fleet_message_kernels as messages
@@ -59,12 +60,23 @@ def level_of(i: int, wanted: float, own: FloatArray, p: FloatArray, b: Buffers) 
 
 @jit_uncounted
 def decide(
-    i: int, wanted: float, p: FloatArray, reason: int, command: float, target: int, b: Buffers
+    i: int, start: FloatArray, wanted: float, p: FloatArray, reason: int, command: float, target: int, b: Buffers
 ) -> tuple[int, float, int]:
-    """Return reason, velocity down and the vehicle avoided, of vehicle `i`; `p` are its settings."""
+    """Return reason, velocity down and the vehicle avoided, of vehicle `i`, and write its horizontal command.
+
+    `start` (6) is its state at the start, `p` are its settings.
+    """
     own = b.known[i]
     guidance = pair.guidance_rate(own[2], wanted, p)
     controller = p[pair.P_CONTROLLER]
+    if controller == pair.MANEUVERS and p[pair.P_DISABLE] == 0.0:
+        b.held[0], b.held[1], b.held[2] = b.level[i, 0], b.level[i, 1], command
+        maneuver.preferred_velocity(own, start, wanted, p, b.preferred)
+        reason, target = maneuver.choose_velocity(
+            own, i, wanted, reason != pair.NO_REASON, b.preferred, b.held, b.views, b.use, p, b.bounds, b.best
+        )
+        b.level[i, 0], b.level[i, 1] = b.best[0], b.best[1]
+        return reason, b.best[2], target
     if controller == pair.NONE or p[pair.P_DISABLE] > 0.0:
         return pair.NO_REASON, guidance, -1
     if controller == pair.INTERVAL:
@@ -97,11 +109,19 @@ def decide(
 
 
 @jit_uncounted
-def measure(t: float, x: FloatArray, wanted: FloatArray, results: Results) -> float:
+def measure(t: float, x: FloatArray, start: FloatArray, wanted: FloatArray, results: Results) -> float:
     """Update least separations and drifts at time `t`, and return the least distance of any pair now."""
     n = x.shape[0]
     least = math.inf
     for i in range(n):
+        north, east = start[i, 0] + start[i, 3] * t - x[i, 0], start[i, 1] + start[i, 4] * t - x[i, 1]
+        speed = math.hypot(start[i, 3], start[i, 4])
+        if speed > 0.0:
+            behind = (north * start[i, 3] + east * start[i, 4]) / speed
+            results.late[i] = max(results.late[i], behind)
+            results.aside[i] = max(results.aside[i], abs(north * start[i, 4] - east * start[i, 3]) / speed)
+        else:
+            results.aside[i] = max(results.aside[i], math.hypot(north, east))
         drift = x[i, 2] - wanted[i]
         results.drift[i, 0] = max(results.drift[i, 0], -drift)
         results.drift[i, 1] = max(results.drift[i, 1], drift)
@@ -176,7 +196,7 @@ def fly(
     x : ndarray, shape (n, 6)
         True states; at the end those then.
     start : ndarray, shape (n, 6)
-        The states at the start; horizontal velocities are kept.
+        The states at the start; without a maneuver that changes it the horizontal velocity is kept.
     wanted : ndarray, shape (n,)
         Position down that each wants to have.
     p, q : ndarray, shape (n, N_SETTINGS) and (n, N_PARAMS)
@@ -194,7 +214,8 @@ def fly(
     decide_every, send_every = int(r[messages.R_DECIDE_EVERY]), int(r[messages.R_SEND_EVERY])
     for i in range(n):
         reasons[i], targets[i], commands[i], open_events[i] = pair.NO_REASON, -1, 0.0, -1
-    least = measure(0.0, x, wanted, results)
+        b.level[i, 0], b.level[i, 1] = start[i, 3], start[i, 4]
+    least = measure(0.0, x, start, wanted, results)
     for k in range(steps):
         t = k * dt
         if k % decide_every == 0 or k % send_every == 0:
@@ -206,7 +227,7 @@ def fly(
             for i in range(n):
                 messages.see(i, t, start, wanted, r, p, b, results)
                 before, rate = reasons[i], commands[i]
-                reasons[i], commands[i], targets[i] = decide(i, wanted[i], p[i], before, rate, targets[i], b)
+                reasons[i], commands[i], targets[i] = decide(i, start[i], wanted[i], p[i], before, rate, targets[i], b)
                 if (before != pair.NO_REASON) != (reasons[i] != pair.NO_REASON):
                     results.counters[i, messages.SWITCHES] += 1
                 if rate * commands[i] < 0.0 and before != pair.NO_REASON and reasons[i] != pair.NO_REASON:
@@ -223,9 +244,9 @@ def fly(
             results.log_separation[logged] = least
             logged += 1
         for i in range(n):
-            scratch[0], scratch[1], scratch[2] = start[i, 3], start[i, 4], commands[i]
+            scratch[0], scratch[1], scratch[2] = b.level[i, 0], b.level[i, 1], commands[i]
             rotorcraft.rotorcraft_step(x[i], scratch, math.atan2(start[i, 4], start[i, 3]), q[i], dt)
-        least = measure((k + 1) * dt, x, wanted, results)
+        least = measure((k + 1) * dt, x, start, wanted, results)
     for i in range(n):
         if open_events[i] >= 0:
             results.events[open_events[i], messages.E_END] = steps * dt

@@ -74,6 +74,10 @@ class Buffers(NamedTuple):
         What each vehicle knows of itself: position, velocity, time.
     views, use, bounds : ndarray, shape (n, N_VIEW), (n,), (n, 3)
     order : ndarray of int64, shape (n,)
+    level : ndarray, shape (n, 2)
+        Commanded horizontal velocities.
+    preferred, held, best : ndarray, shape (3,), (3,) and (4,)
+        Scratch of one decision.
     """
 
     sent: FloatArray
@@ -86,6 +90,10 @@ class Buffers(NamedTuple):
     use: FloatArray
     bounds: FloatArray
     order: IntArray
+    level: FloatArray
+    preferred: FloatArray
+    held: FloatArray
+    best: FloatArray
 
 
 class Results(NamedTuple):
@@ -98,6 +106,8 @@ class Results(NamedTuple):
     separation_time : ndarray, shape (n, n)
     drift : ndarray, shape (n, 2)
         Farthest above and below the altitude wanted, both positive.
+    aside, late : ndarray, shape (n,)
+        Farthest to the side of the straight track, and behind the place on it, m.
     counters : ndarray of int64, shape (n, N_COUNTERS)
     events : ndarray, shape (e, N_EVENT)
         Avoidance by avoidance; those that do not fit are counted, not written.
@@ -109,6 +119,8 @@ class Results(NamedTuple):
     separation: FloatArray
     separation_time: FloatArray
     drift: FloatArray
+    aside: FloatArray
+    late: FloatArray
     counters: IntArray
     events: FloatArray
     log: FloatArray
@@ -124,7 +136,7 @@ def reset(b: Buffers, results: Results) -> None:
                 b.newest[k, i, j] = -1
     n = b.last.shape[0]
     for i in range(n):
-        results.drift[i, 0] = results.drift[i, 1] = 0.0
+        results.drift[i, 0] = results.drift[i, 1] = results.aside[i] = results.late[i] = 0.0
         for c in range(N_COUNTERS):
             results.counters[i, c] = 0
         for j in range(n):
@@ -320,6 +332,10 @@ def make_buffers(n: int, ring: int) -> Buffers:
         use=np.zeros(n),
         bounds=np.zeros((n, 3)),
         order=np.zeros(n, np.int64),
+        level=np.zeros((n, 2)),
+        preferred=np.zeros(3),
+        held=np.zeros(3),
+        best=np.zeros(4),
     )
 
 
@@ -329,6 +345,8 @@ def make_results(n: int, events: int, logged: int) -> Results:
         separation=np.full((n, n), np.inf),
         separation_time=np.zeros((n, n)),
         drift=np.zeros((n, 2)),
+        aside=np.zeros(n),
+        late=np.zeros(n),
         counters=np.zeros((n, N_COUNTERS), np.int64),
         events=np.zeros((events, N_EVENT)),
         log=np.zeros((logged, n, N_LOG)),

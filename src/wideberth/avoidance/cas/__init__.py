@@ -1,1 +1,1 @@
-"""Cooperative collision avoidance of autonomous helicopters: vertical controllers, each on its own vehicle."""
+"""Cooperative collision avoidance of autonomous helicopters: controllers, each on its own vehicle."""

@@ -9,14 +9,17 @@ from wideberth.units import FOOT
 
 
 class CasConfig(PartConfig):
-    """A vertical collision avoidance controller (CAS thesis, 4.3 and appendix A). The defaults are the best of ours.
+    """A collision avoidance controller (CAS thesis, 4.3 and appendix A). The defaults are the best of ours.
 
     Attributes
     ----------
     controller : str
         ``bang_bang`` (4.3.1) and ``continuous`` (4.3.2) avoid the most critical vehicle; ``interval`` keeps the own
         vertical velocity among those that are tangent or better to all vehicles at once; ``altitudes`` flies to
-        separate altitudes while a conflict is ahead (4.2.3); ``none`` never avoids.
+        separate altitudes while a conflict is ahead (4.2.3). These are vertical. ``horizontal`` turns, ``speed`` slows
+        down or hurries, ``least_deviation`` takes the one of turn, speed and climb that deviates least, ``combined``
+        any mixture of them (4.2.1); ``roundabout`` turns to the right only, so that all pass round each other the same
+        way (4.2.3). ``none`` never avoids.
     separation_m, margin_m : float
         Radius of the protected sphere, and what the controller adds to it for noise and lag.
     margin_growth_mps : float
@@ -25,8 +28,10 @@ class CasConfig(PartConfig):
         Of a protected cylinder instead of the sphere (3.5), for ``interval``.
     climb_rate_max_mps, sink_rate_max_mps : float
         Of avoidance; the return's limits are those with ``return_``.
-    lag_s : float
-        tau_v, of the vertical velocity behind its command.
+    lag_s, level_lag_s : float
+        tau_v, of the vertical velocity behind its command, and that of the horizontal one.
+    speed_max_mps : float
+        Horizontal, of avoidance by speed.
     guidance_gain_per_s : float
         Commanded vertical velocity for each metre of altitude error.
     hysteresis_m : float
@@ -59,7 +64,18 @@ class CasConfig(PartConfig):
         Messages older than this are no longer believed.
     """
 
-    controller: Literal["bang_bang", "continuous", "interval", "altitudes", "none"] = "interval"
+    controller: Literal[
+        "bang_bang",
+        "continuous",
+        "interval",
+        "altitudes",
+        "horizontal",
+        "speed",
+        "combined",
+        "least_deviation",
+        "roundabout",
+        "none",
+    ] = "interval"
     separation_m: float = Field(default=12 * FOOT, gt=0)
     margin_m: float = Field(default=4 * FOOT, ge=0)
     margin_growth_mps: float = Field(default=1.5 * FOOT, ge=0)
@@ -69,6 +85,8 @@ class CasConfig(PartConfig):
     return_climb_rate_max_mps: float = Field(default=2 * FOOT, gt=0)
     return_sink_rate_max_mps: float = Field(default=1 * FOOT, gt=0)
     lag_s: float = Field(default=0.4, gt=0)
+    level_lag_s: float = Field(default=0.8, gt=0)
+    speed_max_mps: float = Field(default=5 * FOOT, gt=0)
     guidance_gain_per_s: float = Field(default=0.5, gt=0)
     hysteresis_m: float = Field(default=0.0, ge=0)
     t_star_min_s: float | None = Field(default=None, gt=0)

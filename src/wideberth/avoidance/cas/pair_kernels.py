@@ -40,11 +40,14 @@ P_SMOOTHING = 21
 P_STALE = 22  # s
 P_CONTROLLER = 23
 P_MARGIN_GROWTH = 24  # m/s, of the margin with a message's age
-N_SETTINGS = 25
+P_KINDS = 25  # what `maneuver_kernels` may change
+P_LEVEL_LAG = 26  # s, of the horizontal velocity
+P_SPEED_MAX = 27  # m/s
+N_SETTINGS = 28
 
 FULL, SHARED, SHARED_CORRECTED = 0, 1, 2
 UNCOMPENSATED, ESTIMATE, TIMESTAMP = 0, 1, 2
-NONE, BANG_BANG, CONTINUOUS, INTERVAL, ALTITUDES = 0, 1, 2, 3, 4
+NONE, BANG_BANG, CONTINUOUS, INTERVAL, ALTITUDES, MANEUVERS = 0, 1, 2, 3, 4, 5
 # Why a vehicle avoids.
 NO_REASON, CURRENT, RETURN, HELD, INSIDE, FORCED = 0, 1, 2, 3, 4, 5
 

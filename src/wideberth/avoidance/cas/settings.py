@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wideberth.argument_checks import FINITE, FloatArray, checked
+from wideberth.avoidance.cas import maneuver_kernels as m
 from wideberth.avoidance.cas import pair_kernels as k
 from wideberth.avoidance.cas.config import CasConfig
 
@@ -16,7 +17,20 @@ CONTROLLERS = {
     "continuous": k.CONTINUOUS,
     "interval": k.INTERVAL,
     "altitudes": k.ALTITUDES,
+    "horizontal": k.MANEUVERS,
+    "speed": k.MANEUVERS,
+    "combined": k.MANEUVERS,
+    "least_deviation": k.MANEUVERS,
+    "roundabout": k.MANEUVERS,
 }
+KINDS = {
+    "horizontal": m.RIGHT | m.LEFT,
+    "speed": m.SPEED,
+    "combined": m.RIGHT | m.LEFT | m.SPEED | m.VERTICAL | m.COMBINED,
+    "least_deviation": m.RIGHT | m.LEFT | m.SPEED | m.VERTICAL,
+    "roundabout": m.RIGHT,
+}
+"""What each of these controllers may change."""
 LAWS = {"full": k.FULL, "shared": k.SHARED, "shared_corrected": k.SHARED_CORRECTED}
 COMPENSATIONS = {"none": k.UNCOMPENSATED, "estimate": k.ESTIMATE, "timestamp": k.TIMESTAMP}
 REASONS = ("none", "current trajectory", "return trajectory", "held", "inside", "forced")
@@ -65,6 +79,8 @@ def settings(config: CasConfig) -> FloatArray:
     p[k.P_LEAVE_INSIDE] = config.leave_inside
     p[k.P_SMOOTHING], p[k.P_STALE] = config.smoothing, config.stale_s
     p[k.P_MARGIN_GROWTH] = config.margin_growth_mps
+    p[k.P_KINDS] = KINDS.get(config.controller, 0)
+    p[k.P_LEVEL_LAG], p[k.P_SPEED_MAX] = config.level_lag_s, config.speed_max_mps
     p[k.P_CONTROLLER] = CONTROLLERS[config.controller]
     return p
 

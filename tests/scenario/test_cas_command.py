@@ -23,7 +23,10 @@ def test_the_report_has_numbers_pictures_and_each_avoidance(tmp_path: Path) -> N
     result = CliRunner().invoke(app, ["cas", str(SCENARIOS / "cas_figure_4_21.toml"), "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     assert "12.000 ft" in result.stdout
-    assert {f.name for f in tmp_path.iterdir()} == {"report.html", "altitude.png", "separation.png", "cas.json"}
+    assert {f.name for f in tmp_path.iterdir()} == {
+        *("report.html", "cas.json"),
+        *("altitude.png", "separation.png", "plan.png"),
+    }
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert "current trajectory" in page
     events = json.loads((tmp_path / "cas.json").read_text())["avoidances"]

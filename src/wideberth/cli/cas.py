@@ -46,9 +46,9 @@ def cas(
 def _table(summary: dict[str, Any]) -> "Table":
     from rich.table import Table
 
-    table = Table(title=str(summary["name"]), title_justify="left")
-    table.add_column("", justify="right")
-    for name in ("controller", "least, m", "up, m", "down, m", "aside, m", "late, m", "avoidances"):
+    table = Table(title=f"{summary['name']} (distances in m)", title_justify="left")
+    table.add_column("vehicle", justify="right", no_wrap=True)
+    for name in ("controller", "least", "up", "down", "aside", "late", "avoidances"):
         table.add_column(name, justify="left" if name == "controller" else "right", no_wrap=True)
     for k, one in enumerate(summary["vehicles"]):
         table.add_row(

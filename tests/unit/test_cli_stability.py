@@ -26,7 +26,7 @@ def test_the_report(tmp_path):
     result = run(app, ["stability", "--out", str(tmp_path / "out")])
     assert result.exit_code == 0, result.output
     names = {path.name for path in (tmp_path / "out").iterdir()}
-    assert names == {"report.html", "gain.png", "root_locus.png", "delay.png"}
+    assert names == {"report.html", "gain.png", "root_locus.png", "delay.png", "limit_cycle.png"}
     page = (tmp_path / "out" / "report.html").read_text()
     assert "tolerates 2.75 s" in page
     assert "6.25" in page  # 1/tau^2 of table 5.2 as printed

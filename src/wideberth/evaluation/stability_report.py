@@ -9,6 +9,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from wideberth import __version__
+from wideberth.analysis.describing_functions import (
+    LimitCycle,
+    exact_switching_limit_cycle,
+    saturation_limit_cycle,
+    switching_limit_cycle,
+)
+from wideberth.analysis.limit_cycle_flights import measured, saturation_flight, switching_flight
 from wideberth.analysis.stability import LAWS, eigenvalues, largest_stable_delay, tangent_gains
 from wideberth.evaluation.report_shell import notes_footer, number, section, shell, table, write_files
 from wideberth.evaluation.report_style import INK, LIMIT, OWNSHIP, RC, new_figure, png, svg, traffic_colour
@@ -114,8 +121,66 @@ def delay_figure(tau: float) -> Figure:
     return figure
 
 
+LIMIT_FT_PER_S = 2.0
+CYCLES_T_STAR = 2.0
+DELAY_SHARES = (0.9, 1.1, 1.3, 1.6, 2.0)
+SWITCHES = ((0.0, 0.5), (1.0, 0.5), (1.0, 2.0), (1.0, 0.0), (4.0, 0.0))  # hysteresis, ft, and delay, s
+
+
+def saturation_rows(tau: float) -> list[list[str]]:
+    """Return, for delays about the limit of stability, the limit cycle of the limited commands: predicted and flown."""
+    limit = float(largest_stable_delay(CYCLES_T_STAR, tau))
+    rows = []
+    for share in DELAY_SHARES:
+        given = (CYCLES_T_STAR, tau, share * limit, LIMIT_FT_PER_S)
+        flown = measured(*saturation_flight(*given, duration=120.0), 0.01 * LIMIT_FT_PER_S)
+        rows.append([f"{share:.0%}", number(share * limit, digits=2), *_cycle(saturation_limit_cycle(*given), flown)])
+    return rows
+
+
+def switching_rows(tau: float) -> list[list[str]]:
+    """Return the limit cycles of the switch between avoidance and return: by first harmonic, exactly, and flown."""
+    rows = []
+    for width, delay in SWITCHES:
+        given = (CYCLES_T_STAR, tau, LIMIT_FT_PER_S, width, delay)
+        exact = exact_switching_limit_cycle(*given)
+        flown = measured(*switching_flight(*given))
+        rows.append([number(width), number(delay), *_cycle(switching_limit_cycle(*given), exact, flown)])
+    return rows
+
+
+def _cycle(*cycles: LimitCycle | None) -> list[str]:
+    return [
+        text for c in cycles for text in (("–", "–") if c is None else (f"{c.amplitude:.3g}", f"{c.frequency:.3g}"))
+    ]
+
+
+def limit_cycle_figure(tau: float) -> Figure:
+    """Return a command that grows into its limit cycle, with the amplitude predicted."""
+    with rc_context(RC):
+        figure = new_figure(9.6, 3.4)
+        axes = figure.add_subplot()
+        delay = 1.3 * float(largest_stable_delay(CYCLES_T_STAR, tau))
+        given = (CYCLES_T_STAR, tau, delay, LIMIT_FT_PER_S)
+        time, wanted = saturation_flight(*given, start=0.5, duration=90.0)
+        axes.plot(time, wanted, color=OWNSHIP, linewidth=1.2, label="command wanted")
+        cycle = saturation_limit_cycle(*given)
+        for sign in (1.0, -1.0):
+            axes.axhline(sign * LIMIT_FT_PER_S, color=INK, linewidth=0.8, label="limit" if sign > 0 else None)
+            if cycle is not None:
+                axes.axhline(
+                    sign * cycle.amplitude, color=LIMIT, linestyle="--", linewidth=1.2,
+                    label="amplitude predicted" if sign > 0 else None,
+                )  # fmt: skip
+        axes.set_xlabel("time, s (the time to the closest point held)")
+        axes.set_ylabel("ft/s")
+        axes.legend(loc="upper left", ncols=3)
+        axes.set_ylim(-1.6 * LIMIT_FT_PER_S, 2.0 * LIMIT_FT_PER_S)
+    return figure
+
+
 def write_stability_report(out: Path, tau: float) -> Path:
-    """Write ``report.html`` and its three pictures.
+    """Write ``report.html`` and its pictures.
 
     Parameters
     ----------
@@ -134,7 +199,12 @@ def write_stability_report(out: Path, tau: float) -> Path:
     InputError
         If the folder cannot be written.
     """
-    figures = {"gain": gain_figure(), "root_locus": locus_figure(tau), "delay": delay_figure(tau)}
+    figures = {
+        "gain": gain_figure(),
+        "root_locus": locus_figure(tau),
+        "delay": delay_figure(tau),
+        "limit_cycle": limit_cycle_figure(tau),
+    }
     loci = [
         [
             LAW_WORDS[law],
@@ -169,6 +239,24 @@ def write_stability_report(out: Path, tau: float) -> Path:
         "The straight line 2 t* comes of approximating the delay to first order; the loop itself tolerates less.",
         svg(figures["delay"], "Largest stable delay against the time to the closest point")
         + table(["t*, s", "Padé 1, s", "Padé 2, s", "Padé 4, s", "exact, s"], delays),
+    )
+    columns = ["amplitude, predicted", "rad/s, predicted"]
+    flown = ["amplitude, flown", "rad/s, flown"]
+    body += section(
+        "Limit cycles of limited commands (5.3.2)",
+        f"Commands within {LIMIT_FT_PER_S:g} ft/s, {CYCLES_T_STAR:g} s before the closest point. Beyond the largest"
+        " stable delay the limits turn instability into an oscillation, in ft/s.",
+        svg(figures["limit_cycle"], "A command that grows into its limit cycle")
+        + table(["of the limit of stability", "delay, s", *columns, *flown], saturation_rows(tau)),
+    )
+    body += section(
+        "Limit cycles of the switch between avoidance and return (5.3.2)",
+        f"At {LIMIT_FT_PER_S:g} ft/s up and down, {CYCLES_T_STAR:g} s before the closest point; amplitudes of the miss"
+        " in ft. Where the describing function sees no cycle, the miss follows the command at once and the switch"
+        " chatters across its band. The switch between the sides has two stable states and no cycle.",
+        table(
+            ["hysteresis, ft", "delay, s", *columns, "amplitude, exact", "rad/s, exact", *flown], switching_rows(tau)
+        ),
     )
     limit = float(largest_stable_delay(5.0, tau))
     page = shell(

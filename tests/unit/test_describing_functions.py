@@ -55,7 +55,7 @@ def test_gains_are_the_first_harmonic(amplitude: float, level: float, width: flo
 
 @pytest.mark.parametrize("t_star", [0.5, 1.0, 2.0, 5.0])
 def test_the_loop_is_at_its_limit_at_the_largest_stable_delay(t_star: float) -> None:
-    delay = largest_stable_delay(t_star, 0.4)
+    delay = float(largest_stable_delay(t_star, 0.4))
     w = math.sqrt(2.0 / (0.4 * t_star))
     assert command_response(w, t_star, 0.4, delay) == pytest.approx(1.0, abs=1e-9)
     assert saturation_limit_cycle(t_star, 0.4, 0.98 * delay, LIMIT) is None
@@ -66,7 +66,7 @@ def test_the_loop_is_at_its_limit_at_the_largest_stable_delay(t_star: float) -> 
 @pytest.mark.parametrize("t_star", [0.5, 1.0, 2.0])
 @pytest.mark.parametrize("share", [1.1, 1.3, 1.6])
 def test_limited_commands_end_in_the_cycle_that_is_predicted(t_star: float, share: float) -> None:
-    delay = share * largest_stable_delay(t_star, 0.4)
+    delay = share * float(largest_stable_delay(t_star, 0.4))
     predicted = saturation_limit_cycle(t_star, 0.4, delay, LIMIT)
     flown = measured(*saturation_flight(t_star, 0.4, delay, LIMIT, duration=120.0))
     assert predicted is not None and flown is not None
@@ -75,7 +75,7 @@ def test_limited_commands_end_in_the_cycle_that_is_predicted(t_star: float, shar
 
 
 def test_below_the_limit_the_oscillation_dies() -> None:
-    delay = 0.8 * largest_stable_delay(1.0, 0.4)
+    delay = 0.8 * float(largest_stable_delay(1.0, 0.4))
     assert measured(*saturation_flight(1.0, 0.4, delay, LIMIT, duration=120.0), 1e-3) is None
 
 

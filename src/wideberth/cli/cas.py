@@ -15,6 +15,10 @@ if TYPE_CHECKING:
 def cas(
     scenario: Annotated[Path, typer.Argument(help="TOML file of a fleet, such as scenarios/cas_figure_4_21.toml.")],
     out: Annotated[Path | None, typer.Option(help="Folder for report.html, its pictures and cas.json.")] = None,
+    processes: Annotated[
+        bool, typer.Option("--processes", help="A process for each vehicle (2 to 10), messages by UDP on loopback.")
+    ] = False,
+    speed_up: Annotated[float, typer.Option(min=0.1, max=100.0, help="Times real time, with --processes.")] = 1.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> None:
     """Fly a fleet of helicopters that avoid each other by messages, and say how near they came.
@@ -28,8 +32,13 @@ def cas(
     from wideberth.simulation.fleet_config import load_fleet
 
     config = load_fleet(scenario)
-    run = fly_fleet(config)
-    summary = summary_of(config, run)
+    if processes:
+        from wideberth.live.fleet_processes import fly_as_processes
+
+        run, counts = fly_as_processes(config, speed_up=speed_up)
+    else:
+        run, counts = fly_fleet(config), {}
+    summary = summary_of(config, run) | ({"processes": counts} if processes else {})
     page = None if out is None else write_cas_report(out, config, run, summary)
     if as_json:
         typer.echo(json.dumps(summary, indent=2, allow_nan=False))
@@ -39,6 +48,9 @@ def cas(
     console = Console()
     console.print(_table(summary))
     console.print(summary["verdict"], highlight=False, markup=False, style="bold", soft_wrap=True)
+    if processes:
+        text = ", ".join(f"{name} {count}" for name, count in counts.items())
+        console.print(f"processes: {text}", highlight=False, markup=False, soft_wrap=True)
     if page is not None:
         console.print(f"report: {page}", highlight=False, markup=False, soft_wrap=True)
 

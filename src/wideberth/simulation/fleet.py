@@ -110,21 +110,12 @@ class Fleet:
         self._steps = round(config.duration_s / config.step_s)
         self._log_every = 0 if log_period is None else max(round(log_period / config.step_s), 1)
         logged = 0 if self._log_every == 0 else -(-self._steps // self._log_every)
-        self._p = np.array([settings(v.controller or config.controller) for v in config.vehicles])
-        self._q = np.tile(parameters(config.rotorcraft), (n, 1))
-        self._run = _run_settings(config)
-        radio = config.communication
-        ways = 2 if radio.hub else 1
-        longest = ways * (radio.delay_s + _JITTERS_KEPT * max(radio.jitter_s, config.step_s))
-        self._buffers = kernels.make_buffers(n, math.ceil(longest / config.step_s) + 2)
+        self._p, self._q, self._run = controller_settings(config), vehicle_parameters(config), run_settings(config)
+        self._buffers = kernels.make_buffers(n, ring_length(config))
         self._results = kernels.make_results(n, _EVENTS_PER_VEHICLE * n, logged)
         self._ints = np.zeros((3, n), np.int64)
         self._floats, self._scratch = np.zeros(n), np.zeros(4)
-        self.start = np.array([[*v.position_m, *v.velocity_mps] for v in config.vehicles])
-        self.start[:, [2, 5]] *= -1.0
-        self.wanted = np.array(
-            [-(v.position_m[2] if v.altitude_wanted_m is None else v.altitude_wanted_m) for v in config.vehicles]
-        )
+        self.start, self.wanted = start_states(config)
 
     def fly(self, start: FloatArray | None = None, encounter: int = 0, delay: float | None = None) -> int:
         """Fly once, and return how many avoidances there were; `separation`, `drift` and `counters` hold the rest.
@@ -210,7 +201,7 @@ class Fleet:
             r.aside.copy(),
             r.late.copy(),
             {name: r.counters[:, c].copy() for c, name in enumerate(COUNTERS)},
-            tuple(AvoidanceEvent(int(e[0]), int(e[1]), REASONS[int(e[2])], *map(float, e[3:])) for e in rows),
+            tuple(event_of(row) for row in rows),
             max(events - len(r.events), 0),
             np.arange(len(r.log), dtype=np.float64) * (self._log_every * self._dt),
             r.log[..., :6].copy(),
@@ -230,7 +221,38 @@ def _steps(period: float | None, step: float) -> int:
     return 1 if period is None else round(period / step)
 
 
-def _run_settings(config: FleetConfig) -> FloatArray:
+def start_states(config: FleetConfig) -> tuple[FloatArray, FloatArray]:
+    """Return the states at the start (n, 6), NED, and the positions down wanted (n,)."""
+    start = np.array([[*v.position_m, *v.velocity_mps] for v in config.vehicles])
+    start[:, [2, 5]] *= -1.0
+    wanted = [-(v.position_m[2] if v.altitude_wanted_m is None else v.altitude_wanted_m) for v in config.vehicles]
+    return start, np.array(wanted)
+
+
+def controller_settings(config: FleetConfig) -> FloatArray:
+    """Return the settings of each vehicle's controller (n, N_SETTINGS)."""
+    return np.array([settings(v.controller or config.controller) for v in config.vehicles])
+
+
+def vehicle_parameters(config: FleetConfig) -> FloatArray:
+    """Return the parameters of each vehicle (n, N_PARAMS)."""
+    return np.tile(parameters(config.rotorcraft), (len(config.vehicles), 1))
+
+
+def ring_length(config: FleetConfig) -> int:
+    """Return for how many steps messages are kept."""
+    radio = config.communication
+    longest = (2 if radio.hub else 1) * (radio.delay_s + _JITTERS_KEPT * max(radio.jitter_s, config.step_s))
+    return math.ceil(longest / config.step_s) + 2
+
+
+def event_of(row: FloatArray) -> AvoidanceEvent:
+    """Return an avoidance from the kernels' row (N_EVENT,)."""
+    return AvoidanceEvent(int(row[0]), int(row[1]), REASONS[int(row[2])], *map(float, row[3:]))
+
+
+def run_settings(config: FleetConfig) -> FloatArray:
+    """Return the settings of the run (N_RUN,)."""
     radio: CommunicationConfig = config.communication
     r = np.zeros(kernels.N_RUN)
     r[kernels.R_DT] = config.step_s

@@ -170,6 +170,42 @@ def record(
 
 
 @jit_uncounted
+def avoid(
+    i: int,
+    t: float,
+    start: FloatArray,
+    wanted: FloatArray,
+    p: FloatArray,
+    r: FloatArray,
+    reasons: IntArray,
+    targets: IntArray,
+    commands: FloatArray,
+    open_events: IntArray,
+    events: int,
+    b: Buffers,
+    results: Results,
+) -> int:
+    """Let vehicle `i` decide on what it has received, keep count, and return how many avoidances there were."""
+    messages.see(i, t, start, wanted, r, p, b, results)
+    before, rate = reasons[i], commands[i]
+    reasons[i], commands[i], targets[i] = decide(i, start[i], wanted[i], p[i], before, rate, targets[i], b)
+    if (before != pair.NO_REASON) != (reasons[i] != pair.NO_REASON):
+        results.counters[i, messages.SWITCHES] += 1
+    if rate * commands[i] < 0.0 and before != pair.NO_REASON and reasons[i] != pair.NO_REASON:
+        results.counters[i, messages.REVERSALS] += 1
+    return record(i, t, reasons[i], commands[i], targets[i], events, open_events, results)
+
+
+@jit_uncounted
+def move(
+    i: int, x: FloatArray, start: FloatArray, commands: FloatArray, q: FloatArray, dt: float, u: FloatArray, b: Buffers
+) -> None:
+    """Fly vehicle `i` on by `dt` by its commands; `u` (4) is scratch."""
+    u[0], u[1], u[2] = b.level[i, 0], b.level[i, 1], commands[i]
+    rotorcraft.rotorcraft_step(x[i], u, math.atan2(start[i, 4], start[i, 3]), q[i], dt)
+
+
+@jit_uncounted
 def fly(
     x: FloatArray,
     start: FloatArray,
@@ -225,14 +261,7 @@ def fly(
         messages.receive(k, r, p, b, results)
         if k % decide_every == 0:
             for i in range(n):
-                messages.see(i, t, start, wanted, r, p, b, results)
-                before, rate = reasons[i], commands[i]
-                reasons[i], commands[i], targets[i] = decide(i, start[i], wanted[i], p[i], before, rate, targets[i], b)
-                if (before != pair.NO_REASON) != (reasons[i] != pair.NO_REASON):
-                    results.counters[i, messages.SWITCHES] += 1
-                if rate * commands[i] < 0.0 and before != pair.NO_REASON and reasons[i] != pair.NO_REASON:
-                    results.counters[i, messages.REVERSALS] += 1
-                events = record(i, t, reasons[i], commands[i], targets[i], events, open_events, results)
+                events = avoid(i, t, start, wanted, p, r, reasons, targets, commands, open_events, events, b, results)
         if log_every > 0 and k % log_every == 0 and logged < results.log.shape[0]:
             for i in range(n):
                 for c in range(6):
@@ -244,8 +273,7 @@ def fly(
             results.log_separation[logged] = least
             logged += 1
         for i in range(n):
-            scratch[0], scratch[1], scratch[2] = b.level[i, 0], b.level[i, 1], commands[i]
-            rotorcraft.rotorcraft_step(x[i], scratch, math.atan2(start[i, 4], start[i, 3]), q[i], dt)
+            move(i, x, start, commands, q, dt, scratch, b)
         least = measure((k + 1) * dt, x, start, wanted, results)
     for i in range(n):
         if open_events[i] >= 0:
@@ -263,6 +291,13 @@ def warmup() -> None:
         np.ones(messages.N_RUN),
     )
     ints, floats = np.zeros(n, np.int64), np.zeros(n)
+    move(0, x, x.copy(), floats.copy(), q, 0.1, np.zeros(4), make_buffers(n, 4))
+    measure(0.0, x, x.copy(), floats, make_results(n, 4, 2))
+    avoid(
+        0, 0.1, x, floats, p, r, ints.copy(), ints.copy(), floats.copy(), ints.copy(), 0,
+        make_buffers(n, 4), make_results(n, 4, 2),
+    )  # fmt: skip
+    messages.receive(0, r, p, make_buffers(n, 4), make_results(n, 4, 2))
     fly(
         x, x.copy(), floats, p, q, r, 1, 1, 2, 1,
         ints, ints.copy(), ints.astype(float), ints.copy(), np.zeros(4), make_buffers(n, 4), make_results(n, 4, 2),

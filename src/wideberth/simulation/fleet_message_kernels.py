@@ -172,24 +172,45 @@ def send(
     """Send a message of every vehicle to all others at step `k`; `u` (4) is scratch for random numbers."""
     n = b.last.shape[0]
     for j in range(n):
-        out = r[R_OUTAGE_START] <= t < r[R_OUTAGE_END] and (r[R_OUTAGE_VEHICLE] < 0.0 or r[R_OUTAGE_VEHICLE] == j)
-        up = 0.0
-        hub_lost = False
-        if r[R_HUB] > 0.0:
-            fill_uniforms(seed, _NOISE_SET, encounter, 1 + n + n * j + j, k, u)
-            hub_lost, up = u[0] < r[R_LOSS], one_way(r[R_DELAY], r[R_JITTER], u[1])
         for i in range(n):
-            if i == j:
-                continue
-            fill_uniforms(seed, _NOISE_SET, encounter, 1 + n + n * i + j, k, u)
-            if out or hub_lost or u[0] < r[R_LOSS]:
-                results.counters[i, LOST] += 1
-                continue
-            late = up + one_way(r[R_DELAY], r[R_JITTER], u[1])
-            put(b, results, k, math.ceil(late / r[R_DT] - 1e-6), i, j)
-            if u[2] < r[R_DUPLICATE]:
-                late = up + one_way(r[R_DELAY], max(r[R_JITTER], r[R_DT]), u[3])
-                put(b, results, k, math.ceil(late / r[R_DT] - 1e-6), i, j)
+            if i != j:
+                carry(k, k, t, i, j, seed, encounter, r, b, results, u)
+
+
+@jit_uncounted
+def carry(
+    k: int,
+    now: int,
+    t: float,
+    i: int,
+    j: int,
+    seed: int,
+    encounter: int,
+    r: FloatArray,
+    b: Buffers,
+    results: Results,
+    u: FloatArray,
+) -> None:
+    """Decide what the link from vehicle `j` to `i` makes of the message of step `k`: lost, late, doubled.
+
+    It arrives at step `now` at the earliest; `u` (4) is scratch.
+    """
+    n = b.last.shape[0]
+    out = r[R_OUTAGE_START] <= t < r[R_OUTAGE_END] and (r[R_OUTAGE_VEHICLE] < 0.0 or r[R_OUTAGE_VEHICLE] == j)
+    up = 0.0
+    hub_lost = False
+    if r[R_HUB] > 0.0:
+        fill_uniforms(seed, _NOISE_SET, encounter, 1 + n + n * j + j, k, u)
+        hub_lost, up = u[0] < r[R_LOSS], one_way(r[R_DELAY], r[R_JITTER], u[1])
+    fill_uniforms(seed, _NOISE_SET, encounter, 1 + n + n * i + j, k, u)
+    if out or hub_lost or u[0] < r[R_LOSS]:
+        results.counters[i, LOST] += 1
+        return
+    late = up + one_way(r[R_DELAY], r[R_JITTER], u[1])
+    put(b, results, k, max(math.ceil(late / r[R_DT] - 1e-6), now - k), i, j)
+    if u[2] < r[R_DUPLICATE]:
+        late = up + one_way(r[R_DELAY], max(r[R_JITTER], r[R_DT]), u[3])
+        put(b, results, k, max(math.ceil(late / r[R_DT] - 1e-6), now - k), i, j)
 
 
 @jit_uncounted
@@ -358,3 +379,7 @@ def warmup() -> None:
     """Compile what is called from Python."""
     reset(make_buffers(2, 4), make_results(2, 1, 1))
     put(make_buffers(2, 4), make_results(2, 1, 1), 1, 1, 0, 1)
+    r, u = np.ones(N_RUN), np.empty(4)
+    carry(1, 1, 0.1, 0, 1, 1, 1, r, make_buffers(2, 4), make_results(2, 1, 1), u)
+    ones = np.ones((2, pair.N_SETTINGS))
+    navigate(1, 0.1, np.ones((2, 6)), np.ones(2), ones, r, 1, 1, u, make_buffers(2, 4))

@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 import rs1090
 
-from wideberth.errors import InputError
 from wideberth.sensors.adsb.beast import BeastReader
 from wideberth.sensors.adsb.decoder import ModeSDecoder
 from wideberth.sensors.adsb.sources import open_traffic
@@ -185,6 +184,27 @@ def test_fire_fighting_aircraft():
     assert sum(not math.isnan(report.geometric_altitude) for report in reports) > 9000
 
 
-def test_uat_is_refused():
-    with pytest.raises(InputError, match="not supported yet"):
-        open_traffic(str(FOLDER / "uat_7_aircraft.log"))
+def test_uat_recording_has_seven_aircraft():
+    source, reports = read("uat_7_aircraft.log")
+    assert source.format == "uat"
+    counters = source.counters
+    assert counters["messages"] == 303 + 383
+    assert counters["ground uplinks (not used)"] == 383
+    assert counters["TIS-B reports"] == counters["positions"] == len(reports) == 303
+    assert source.health(math.inf).rejects == {}
+    by_aircraft: dict = {}
+    for report in reports:
+        by_aircraft.setdefault(report.address, []).append(report)
+    assert len(by_aircraft) == 7
+    assert reports[-1].t - reports[0].t == pytest.approx(203.0, abs=3.0)
+    said, flown = [], []
+    for mine in by_aircraft.values():
+        assert all(0.0 < report.pressure_altitude < 3000.0 for report in mine)
+        for a, b in itertools.pairwise(mine):
+            if 0.5 < b.t - a.t < 5.0:
+                said.append(0.5 * (a.velocity_north + b.velocity_north) + 0.5j * (a.velocity_east + b.velocity_east))
+                east = math.cos(a.latitude) * (b.longitude - a.longitude)
+                flown.append(6_371_000.0 * complex(b.latitude - a.latitude, east) / (b.t - a.t))
+    # TIS-B comes from radars: velocities lag behind in turns, and positions are smoothed.
+    errors = sorted(abs(x - y) for x, y in zip(said, flown, strict=True))
+    assert errors[len(errors) // 2] < 15.0 < 50.0 < sorted(map(abs, said))[len(said) // 2]

@@ -12,10 +12,14 @@ import pytest
 from tests import adsb_frames as encoder
 from wideberth.errors import InputError
 from wideberth.sensors.adsb.formats import READERS, detect
+from wideberth.sensors.adsb.gdl90 import of_report as gdl90
 from wideberth.sensors.adsb.live import LiveSource, parse_address
+from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.sensors.adsb.sbs import SbsReader
 from wideberth.sensors.adsb.sources import open_traffic
+from wideberth.sensors.adsb.uat import of_report as uat
 
+REPORT = AdsbReport(1441635461.0, "abcdef", 0.8, 0.1, 900.0)
 FLIGHT = encoder.flight(0x393322, duration=30.0)
 JSON = "".join(json.dumps({"timestamp": t, "frame": frame.hex()}) + "\n" for t, frame in FLIGHT).encode()
 CONTENT = {
@@ -24,6 +28,8 @@ CONTENT = {
     "avr": "".join(f"@{int(t * 12e6):012x}{frame.hex()};\n" for t, frame in FLIGHT).encode(),
     "avr-untimed": "".join(f"*{frame.hex()};\n" for _, frame in FLIGHT).encode(),
     "sbs": b"MSG,3,1,1,ABCDEF,1,2015/09/02,04:23:37.000,,,,3000,,,48.5,2.1,,,0,0,0,0\r\n",
+    "uat": uat.encode(REPORT),
+    "gdl90": gdl90.heartbeat(REPORT.t) + gdl90.encode(REPORT),
     "trajectories": b'[{"timestamp": 1633608773000, "icao24": "abcdef", "latitude": 48.5, "longitude": 2.1}]',
 }
 
@@ -80,7 +86,10 @@ def test_truncated_and_damaged_gzip(tmp_path):
         (b"hello\nworld\n", "none of the known formats"),
         (np.random.default_rng(0).bytes(1_000_000), "none of the known formats"),
         (b'{"a": 1}\n', "neither a list of trajectory rows nor lines with a frame"),
-        (b"1,-00a66ef1a9c5;rs=1;\n597318177,+38d0c59482f6a3901e80067437703455;rs=1;\n", "UAT"),
+        (
+            b"1,-00a66ef1a9c5;rs=1;\n597318177,+38d0c59482f6a3901e80067437703455;rs=1;\n",
+            "ground uplinks .* 1, wrong length 1",
+        ),
         (b"[1, 2]", "nothing in traffic .* can be used .*row not understood 2"),
         (b"*8d4840d6202cc371c32ce0576099;\n", "nothing in traffic .* can be used .*crc failed 1"),
     ],
@@ -98,10 +107,11 @@ def test_what_cannot_be_used_is_refused_with_the_cause(tmp_path, content, messag
         ("missing.json", "auto", "does not exist"),
         (".", "auto", "is a folder"),
         ("x", "beats", "unknown traffic format 'beats': use one of auto, trajectories"),
-        ("http://localhost:80", "auto", "beast://, avr://, sbs://"),
+        ("http://localhost:80", "auto", "beast://, avr://, sbs://, uat://, gdl90://"),
         ("beast://localhost", "auto", "give host and port"),
         ("beast://localhost:port", "auto", "give host and port"),
         ("beast://:30005", "auto", "give host and port"),
+        ("uat://:30978", "auto", "give host and port"),
         ("beast://localhost:30005", "sbs", "cannot be 'sbs'"),
     ],
 )
@@ -198,3 +208,34 @@ def test_a_receiver_that_is_not_there_is_reported():
 def test_addresses_of_receivers():
     assert parse_address("sbs://[::1]:30003") == ("sbs", "::1", 30003)
     assert parse_address("beast://radio.local:30005") == ("beast", "radio.local", 30005)
+
+
+def test_datagrams_are_listened_for_and_a_port_in_use_is_said():
+    assert parse_address("gdl90://:4000") == ("gdl90", "127.0.0.1", 4000)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
+        taken.bind(("127.0.0.1", 0))
+        port = taken.getsockname()[1]
+        source = open_traffic(f"gdl90://127.0.0.1:{port}")
+        try:
+            end = time.monotonic() + 10.0
+            while "in use" not in source.health(time.time()).state and time.monotonic() < end:
+                time.sleep(0.02)
+            assert "in use" in source.health(time.time()).state
+        finally:
+            source.close()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+        source = LiveSource("g", READERS["gdl90"](), "127.0.0.1", port, listen=True)
+        try:
+            end = time.monotonic() + 10.0
+            while source.health(time.time()).state != "listening, nothing heard yet" and time.monotonic() < end:
+                time.sleep(0.02)
+            reports: list = []
+            while not reports and time.monotonic() < end:
+                for data in (b"", np.random.default_rng(0).bytes(1000), gdl90.encode(REPORT)):
+                    sender.sendto(data, ("127.0.0.1", port))
+                time.sleep(0.02)
+                reports = source.poll(math.inf)
+            assert reports[0].address == "abcdef"
+            assert source.health(time.time()).state == "ok"
+        finally:
+            source.close()

@@ -100,7 +100,7 @@ def test_every_command_has_help() -> None:
     commands = [p.stem for p in (ROOT / "src" / "wideberth" / "cli").glob("*.py")]
     commands = [c for c in commands if c not in {"__init__", "main", "errors"}]
     assert set(commands) <= {*main.COMMANDS, *main.GROUPS}
-    for command in commands:
+    for command in (c.replace("_", "-") for c in commands):
         result = wideberth(command, "--help")
         assert result.exit_code == 0, result.output
         assert "Usage: wideberth " + command in result.output

@@ -100,6 +100,7 @@ SHARED = Path(__file__).resolve().parents[2].parent / "shared" / "data" / "adsb"
         ("mode_s_one_flight.jsonl.gz", 1, 6451, 3000),
         ("sbs_44_aircraft.log.gz", 44, 1766, 5000),
         ("beast_one_aircraft.bin", 1, 3, 10),
+        ("uat_7_aircraft.log", 7, 303, 800),
     ],
 )
 def test_one_track_for_every_recorded_aircraft(tmp_path, name, aircraft, positions, rows):

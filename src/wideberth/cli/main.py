@@ -7,7 +7,7 @@ import typer
 
 from wideberth.cli.errors import guarded
 
-# Each is a module of this package with a function of the same name.
+# Each is a module of this package with a function of the same name; the command has dashes for underscores.
 COMMANDS = (
     "run",
     "replay",
@@ -23,6 +23,8 @@ COMMANDS = (
     "size",
     "stability",
     "cas",
+    "send_radar",
+    "send_traffic",
     "warmup",
 )
 
@@ -57,7 +59,7 @@ def _options(
 
 
 for _name in COMMANDS:
-    app.command(_name)(guarded(getattr(importlib.import_module(f"wideberth.cli.{_name}"), _name)))
+    app.command(_name.replace("_", "-"))(guarded(getattr(importlib.import_module(f"wideberth.cli.{_name}"), _name)))
 
 
 for _name in GROUPS:

@@ -23,13 +23,14 @@ def run(
         str | None,
         typer.Option(
             help="Recorded or live traffic instead of the scenario's: a file, - for standard input, beast://host:port, "
-            "avr://host:port or sbs://host:port."
+            "avr://host:port, sbs://host:port or uat://host:port, or gdl90://host:port to listen there."
         ),
     ] = None,
     traffic_format: Annotated[
         str,
         typer.Option(
-            help="Format of a file: auto, trajectories, frames, beast, beast-gps, beast-12mhz, avr, avr-untimed or sbs."
+            help="Format of a file: auto, trajectories, frames, beast, beast-gps, beast-12mhz, avr, avr-untimed, sbs, "
+            "uat or gdl90."
         ),
     ] = "auto",
     mission: Annotated[

@@ -47,12 +47,13 @@ def tracks(
     format_: Annotated[
         str,
         typer.Option(
-            "--format", help="Format: trajectories, frames, beast, beast-gps, beast-12mhz, avr, avr-untimed, sbs."
+            "--format",
+            help="Format: trajectories, frames, beast, beast-gps, beast-12mhz, avr, avr-untimed, sbs, uat, gdl90.",
         ),
     ] = "auto",
     out: Annotated[Path, typer.Option(help="Parquet file to write.")] = Path("tracks.parquet"),
 ) -> None:
-    """Track the aircraft of an ADS-B recording and write one row per track and second.
+    """Track the aircraft of a recording of traffic (ADS-B, UAT, GDL90) and write one row per track and second.
 
     For files of radar plots there is `wideberth track`.
     """

@@ -1,1 +1,1 @@
-"""What runs against the clock of the wall: sockets, processes, loops."""
+"""Flying for real: sockets, serial ports and clocks around the same corridor as everywhere else."""

@@ -356,7 +356,7 @@ class MonteCarloConfig(PartConfig):
 
 
 class RecordedTrafficConfig(PartConfig):
-    """Traffic from a file, standard input (`-`) or a live receiver (`beast://host:port`, `sbs://host:port`)."""
+    """Traffic from a file, standard input (`-`) or a live receiver (`beast://host:port`, `gdl90://host:port`, ...)."""
 
     path: str | None = None
     format: str = "auto"

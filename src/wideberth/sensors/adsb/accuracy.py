@@ -81,6 +81,22 @@ def velocity_sigma(nacv: int) -> float:
     return _lookup(VELOCITY_BOUND, nacv, "NACv") / RAYLEIGH_95
 
 
+def nacp_of_sigma(sigma: float) -> int:
+    """Return the best NACp that promises no more than a standard deviation of one horizontal axis, m."""
+    return _category(EPU, sigma)
+
+
+def nacv_of_sigma(sigma: float) -> int:
+    """Return the best NACv that promises no more than a standard deviation of one horizontal axis, m/s."""
+    return _category(VELOCITY_BOUND, sigma)
+
+
+def _category(bounds: tuple[float, ...], sigma: float) -> int:
+    # A standard deviation that comes from a category is to give it back.
+    least = sigma * RAYLEIGH_95 * (1.0 - 1e-9)
+    return max(k for k, bound in enumerate(bounds) if k == 0 or bound >= least)
+
+
 def nic_bound(nic: int) -> float:
     """Return the containment radius R_c, m; infinite for NIC 0 (unknown).
 

@@ -3,6 +3,7 @@
 import re
 
 from wideberth.sensors.adsb.frame_readers import CounterTime, FrameReader
+from wideberth.sensors.adsb.parity import SHORT_BYTES
 from wideberth.sensors.adsb.report import AdsbReport
 
 _BYTE = rb"(?:[^\x1a]|\x1a\x1a)"
@@ -88,6 +89,13 @@ class BeastReader(FrameReader):
             self._days += 86400.0
         self._second_of_day = second
         return self._time.of_seconds(self._days + second + nanoseconds * 1e-9)
+
+
+def encode(frame: bytes, ticks: int) -> bytes:
+    """Return the Beast message of a Mode S frame of 7 or 14 bytes at a count of the 12 MHz clock."""
+    kind = b"2" if len(frame) == SHORT_BYTES else b"3"
+    body = (ticks % (1 << 48)).to_bytes(6, "big") + b"\xff" + frame
+    return b"\x1a" + kind + body.replace(b"\x1a", b"\x1a\x1a")
 
 
 def looks_like_gps_time(stamps: list[int]) -> bool:

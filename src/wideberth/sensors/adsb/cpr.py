@@ -34,6 +34,15 @@ def longitude_zones(latitude: float) -> int:
     return 59 - low
 
 
+def encode(latitude: float, longitude: float, *, odd: bool) -> tuple[int, int]:
+    """Return the encoded latitude and longitude, 0 to 131071, of a position in degrees (DO-260B, A.1.7.3)."""
+    dlat = _DLAT[odd]
+    y = math.floor(_SCALE * latitude / dlat + 0.5)
+    dlon = 360.0 / max(longitude_zones(dlat * y / _SCALE) - odd, 1)
+    x = math.floor(_SCALE * longitude / dlon + 0.5)
+    return y % int(_SCALE), x % int(_SCALE)
+
+
 def decode_global(
     lat_even: int, lon_even: int, lat_odd: int, lon_odd: int, *, latest_is_odd: bool
 ) -> tuple[float, float] | None:
@@ -87,10 +96,10 @@ def decode_local(lat: int, lon: int, *, odd: bool, latitude: float, longitude: f
     """
     y, x = lat / _SCALE, lon / _SCALE
     dlat = _DLAT[odd]
-    zone = math.floor(latitude / dlat) + math.floor(0.5 + (latitude % dlat) / dlat - y)
-    result = dlat * (zone + y)
+    # One quotient, not a floor and a remainder: at the edge of a zone rounding may set those apart by a whole zone.
+    result = dlat * (math.floor(0.5 + latitude / dlat - y) + y)
     if not -90.0 <= result <= 90.0:
         return None
     dlon = 360.0 / max(longitude_zones(result) - odd, 1)
-    zone = math.floor(longitude / dlon) + math.floor(0.5 + (longitude % dlon) / dlon - x)
-    return result, (dlon * (zone + x) + 180.0) % 360.0 - 180.0
+    found = dlon * (math.floor(0.5 + longitude / dlon - x) + x)
+    return result, (found + 180.0) % 360.0 - 180.0

@@ -6,9 +6,12 @@ from collections.abc import Callable
 from wideberth.errors import InputError
 from wideberth.sensors.adsb import beast
 from wideberth.sensors.adsb.frame_readers import AvrReader, JsonFrameReader
+from wideberth.sensors.adsb.gdl90.framing import coverage as gdl90_coverage
+from wideberth.sensors.adsb.gdl90.reader import Gdl90Reader
 from wideberth.sensors.adsb.readers import Reader
 from wideberth.sensors.adsb.sbs import SbsReader
 from wideberth.sensors.adsb.trajectories import TrajectoryReader
+from wideberth.sensors.adsb.uat.reader import UatReader
 
 READERS: dict[str, Callable[[], Reader]] = {
     "trajectories": TrajectoryReader,
@@ -19,8 +22,12 @@ READERS: dict[str, Callable[[], Reader]] = {
     "avr": AvrReader,
     "avr-untimed": lambda: AvrReader(timed=False),
     "sbs": SbsReader,
+    "uat": UatReader,
+    "gdl90": Gdl90Reader,
 }
-LIVE_READERS = ("beast", "avr", "sbs")
+LIVE_READERS = ("beast", "avr", "sbs", "uat", "gdl90")
+LISTENING = ("gdl90",)
+"""Live readers of datagrams, which are not connected to but listened for."""
 
 _TEXT = (
     ("sbs", re.compile(r"(\d+,)?(MSG|SEL|ID|AIR|STA|CLK),")),
@@ -49,16 +56,18 @@ def detect(head: bytes, name: str) -> str:
     Raises
     ------
     InputError
-        If it is empty, UAT (not supported yet), or nothing known.
+        If it is empty, or nothing known.
     """
     if not head.strip():
         raise InputError(f"traffic '{name}' is empty")
     if beast.coverage(head) >= _MIN_COVERAGE:
         return "beast"
+    if gdl90_coverage(head) >= _MIN_COVERAGE:
+        return "gdl90"
     text = head.decode("latin-1").lstrip("\ufeff\u00ef\u00bb\u00bf \t\r\n")
     if text.startswith("["):
         return "trajectories"
-    lines = [line.strip() for line in text.splitlines()[:200]]
+    lines = [stripped for line in text.splitlines()[:200] if (stripped := line.strip())]
     if text.startswith("{"):
         if '"frame"' in lines[0]:
             return "frames"
@@ -69,6 +78,4 @@ def detect(head: bytes, name: str) -> str:
         raise InputError(
             f"traffic '{name}' is none of the known formats ({names()}): name its format if it is one of them"
         )
-    if best == "uat":
-        raise InputError(f"traffic '{name}' is raw UAT (978 MHz), which is not supported yet: give 1090 MHz traffic")
     return best

@@ -1,4 +1,4 @@
-"""Live receivers over TCP: the only sockets and the only wall clock of this step."""
+"""Live receivers over TCP, and those that send datagrams: the only sockets and the only wall clock of this step."""
 
 import socket
 import threading
@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 
 from wideberth.errors import InputError
-from wideberth.sensors.adsb.formats import LIVE_READERS
+from wideberth.sensors.adsb.formats import LISTENING, LIVE_READERS
 from wideberth.sensors.adsb.readers import Reader
 from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.types import SensorHealth
@@ -16,10 +16,13 @@ _FIRST_WAIT, _LONGEST_WAIT = 0.5, 30.0  # s
 _RECEIVE = 65536
 _TICK = 0.5  # s, how often a waiting thread looks whether it is to end
 _MAX_WAITING = 200_000  # reports nobody has polled
+_LOOPBACK = "127.0.0.1"
 
 
 def parse_address(spec: str) -> tuple[str, str, int]:
     """Return format, host and port of an address such as ``beast://localhost:30005``.
+
+    Without a host those that are listened for (``gdl90://:4000``) are bound to loopback.
 
     Raises
     ------
@@ -32,6 +35,8 @@ def parse_address(spec: str) -> tuple[str, str, int]:
         raise InputError(
             f"traffic '{spec}': a live receiver is one of {', '.join(f'{s}://' for s in LIVE_READERS)}host:port"
         )
+    if not host and scheme in LISTENING:
+        host = _LOOPBACK
     if not host or not port.isdecimal() or not 0 < int(port) < 65536:
         raise InputError(f"traffic '{spec}': give host and port, such as {scheme}://localhost:30005")
     return scheme, host.strip("[]"), int(port)
@@ -48,6 +53,8 @@ class LiveSource:
         Of the format that the receiver speaks.
     host : str
     port : int
+    listen : bool
+        Whether datagrams are waited for at host and port, instead of connecting to them.
     silent_after : float
         s without a message after which the source is called silent.
     first_wait, longest_wait : float
@@ -65,6 +72,7 @@ class LiveSource:
         host: str,
         port: int,
         *,
+        listen: bool = False,
         silent_after: float = 10.0,
         first_wait: float = _FIRST_WAIT,
         longest_wait: float = _LONGEST_WAIT,
@@ -73,6 +81,7 @@ class LiveSource:
         self.name = name
         self._reader = reader
         self._address = (host, port)
+        self._listen = listen
         self._silent_after = silent_after
         self._waits = (first_wait, longest_wait)
         self._clock = clock
@@ -113,8 +122,8 @@ class LiveSource:
     def health(self, t: float) -> SensorHealth:
         """Return age, rate, rejects and state at time `t`.
 
-        States: "ok", "connecting", "connected, nothing heard yet", "silent for 12 s", "reconnecting in 4 s (cause)",
-        "closed".
+        States: "ok", "connecting", "connected, nothing heard yet" (or "listening, ..."), "silent for 12 s",
+        "reconnecting in 4 s (cause)", "closed".
         """
         with self._lock:
             while self._arrivals and self._arrivals[0][0] < t - 10.0:
@@ -125,9 +134,9 @@ class LiveSource:
             if state == "connected":
                 if self._t_last is None:
                     waited = t - self._t_opened
-                    state = (
-                        "connected, nothing heard yet" if waited <= self._silent_after else f"silent for {waited:.0f} s"
-                    )
+                    state = f"{'listening' if self._listen else 'connected'}, nothing heard yet"
+                    if waited > self._silent_after:
+                        state = f"silent for {waited:.0f} s"
                 else:
                     state = "ok" if age <= self._silent_after else f"silent for {age:.0f} s"
             elif state == "waiting":
@@ -148,7 +157,7 @@ class LiveSource:
                 self._state = "connecting"
             heard = False
             try:
-                with socket.create_connection(self._address, timeout=5.0) as connection:
+                with self._open() as connection:
                     connection.settimeout(_TICK)
                     with self._lock:
                         self._state = "connected"
@@ -165,6 +174,18 @@ class LiveSource:
             self._ending.wait(wait)
             wait = min(2 * wait, self._waits[1])
 
+    def _open(self) -> socket.socket:
+        if not self._listen:
+            return socket.create_connection(self._address, timeout=5.0)
+        family, kind, protocol, _, where = socket.getaddrinfo(*self._address, type=socket.SOCK_DGRAM)[0]
+        listening = socket.socket(family, kind, protocol)
+        try:
+            listening.bind(where)
+        except OSError:
+            listening.close()
+            raise
+        return listening
+
     def _receive(self, connection: socket.socket) -> bool:
         """Read until the connection or the source is closed; return whether anything came."""
         heard = False
@@ -173,7 +194,7 @@ class LiveSource:
                 data = connection.recv(_RECEIVE)
             except TimeoutError:
                 continue
-            if not data:
+            if not data and not self._listen:
                 return heard
             heard = True
             t = self._clock()

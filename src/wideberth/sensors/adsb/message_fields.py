@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from wideberth.units import FOOT, FOOT_PER_MINUTE, KNOT
 
-_EMERGENCIES = (
-    None,
+EMERGENCIES = (
+    "none",
     "general emergency",
     "medical",
     "minimum fuel",
@@ -19,11 +19,20 @@ _EMERGENCIES = (
     "downed aircraft",
     "reserved",
 )
+"""What the emergency codes 0 to 7 mean; UAT and GDL90 have the same."""
 
 
 def bits(message: int, first: int, count: int) -> int:
     """Return `count` bits of a 56-bit message field from bit `first` (1 = the first sent)."""
     return (message >> (57 - first - count)) & ((1 << count) - 1)
+
+
+def place_bits(*parts: tuple[int, int, int]) -> int:
+    """Return a 56-bit message field of (first bit, count, value): the opposite of `bits`."""
+    message = 0
+    for first, count, value in parts:
+        message |= (int(value) & ((1 << count) - 1)) << (57 - first - count)
+    return message
 
 
 def squawk(code: int) -> str:
@@ -34,7 +43,7 @@ def squawk(code: int) -> str:
 
 def emergency_state(message: int) -> str:
     """Return the emergency state of an aircraft status message (type 28, subtype 1); "none" where there is none."""
-    return _EMERGENCIES[bits(message, 9, 3)] or "none"
+    return EMERGENCIES[bits(message, 9, 3)]
 
 
 def advisory_active(message: int, first: int) -> bool:

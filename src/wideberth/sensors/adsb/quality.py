@@ -27,6 +27,9 @@ _SIZES = (
 )
 
 
+EMITTER_LETTERS = "ABCD"
+
+
 def nucp(type_code: int) -> int:
     """Return the navigation uncertainty category of an airborne position's type code (version 0)."""
     if type_code in (20, 21):
@@ -58,6 +61,21 @@ def nic(version: int, type_code: int, supplement_a: int, supplement_b: int) -> i
     return _NIC_PLAIN.get(type_code, 0)
 
 
+def airborne_type(category: int | None) -> int:
+    """Return the type code of an airborne position (version 2, pressure altitude) with a NIC; 18 where none is known.
+
+    NIC 9 and 3 also need the supplements A and B (`nic`); with A alone they read as 8 and 2.
+    """
+    shared = {9: 11, 8: 11, 3: 16, 2: 16}
+    plain = {value: code for code, value in _NIC_PLAIN.items() if code < 20}
+    return {**plain, **shared}.get(category or 0, 18)
+
+
+def nic_and_nacp_of_nucp(value: int) -> tuple[int, int]:
+    """Return the NIC and NACp that stand for a NUCp of version 0."""
+    return _NUCP.get(value, (0, 0))
+
+
 def nacp_of_version_0(type_code: int) -> int:
     """Return the NACp that stands for the NUCp of a version 0 position."""
     return _NUCP.get(nucp(type_code), (0, 0))[1]
@@ -71,3 +89,13 @@ def length_and_width(code: int) -> tuple[float, float] | None:
 def emitter_category(type_code: int, code: int) -> str | None:
     """Return the emitter category ("A1" to "D7") of an identification message; None where it says nothing."""
     return f"{'DCBA'[type_code - 1]}{code}" if 1 <= type_code <= 4 and 1 <= code <= 7 else None
+
+
+def emitter_category_of_number(number: int) -> str | None:
+    """Return the emitter category ("A1" to "D7") of the number that UAT and GDL90 have for it; None for no data."""
+    return f"{EMITTER_LETTERS[number >> 3]}{number & 7}" if 0 < number < 32 and number & 7 else None
+
+
+def emitter_number(category: str | None) -> int:
+    """Return the number that UAT and GDL90 have for an emitter category; 0 where none is known."""
+    return next((k for k in range(32) if category and emitter_category_of_number(k) == category), 0)

@@ -2,15 +2,14 @@
 
 import math
 import re
-from collections import Counter
-from dataclasses import replace
 from datetime import UTC, datetime
 
 from wideberth.sensors.adsb.clock_guard import ClockGuard
 from wideberth.sensors.adsb.frame_readers import NOMINAL_INTERVAL
-from wideberth.sensors.adsb.geodetic_aircraft import GeodeticAircraft
+from wideberth.sensors.adsb.geodetic_reader import GeodeticReader, say
 from wideberth.sensors.adsb.readers import LineSplitter, nonzero
 from wideberth.sensors.adsb.report import AdsbReport
+from wideberth.sensors.adsb.stratux_log import StratuxLog
 from wideberth.units import DEGREE, FOOT, FOOT_PER_MINUTE, KNOT
 
 _KINDS = {
@@ -28,7 +27,7 @@ _ADDRESS = re.compile(r"~?[0-9A-Fa-f]{6}")
 _TRUE = ("1", "-1")
 
 
-class SbsReader:
+class SbsReader(GeodeticReader):
     """Reader of SBS lines.
 
     The time of a message is its date and time generated (taken as UTC), else logged, else the counter in front of the
@@ -37,34 +36,19 @@ class SbsReader:
     """
 
     def __init__(self) -> None:
-        self.kinds: Counter[str] = Counter()
-        self.results: Counter[str] = Counter()
-        self._rejects: Counter[str] = Counter()
-        self.messages = 0
+        super().__init__()
         self._clock: ClockGuard[list[str]] = ClockGuard()
         self._lines = LineSplitter()
-        self._aircraft: dict[str, GeodeticAircraft] = {}
-        self._start = 0.0
+        self._log = StratuxLog()
         self._nominal = 0.0
 
     @property
     def counters(self) -> dict[str, int]:
         """Counts of messages by kind, of results, and of rejections by cause."""
-        return {"messages": self.messages, **nonzero(self.kinds, self.results, self._clock.results), **self._left_out()}
-
-    @property
-    def rejects(self) -> dict[str, int]:
-        """Rejections by cause, positions refused included."""
-        refused = ("position jumps", "position off the Earth", "whose of two aircraft with one address is unknown")
-        return self._left_out() | {name: self.results[name] for name in refused if self.results[name]}
+        return super().counters | nonzero(self._clock.results)
 
     def _left_out(self) -> dict[str, int]:
         return nonzero(self._rejects, self._clock.rejects)
-
-    @property
-    def addresses(self) -> tuple[str, ...]:
-        """The addresses heard."""
-        return tuple(self._aircraft)
 
     def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:
         """Return the reports that more bytes complete."""
@@ -83,12 +67,14 @@ class SbsReader:
         reports: list[AdsbReport] = []
         for line in lines:
             if line.startswith("START"):
-                self._begin(line)
+                if not self._log.begin(line):
+                    self.messages += 1
+                    self._rejects["line not understood"] += 1
                 continue
             parts = line.split(",")
-            counter = None
-            if len(parts) > 1 and parts[0].isdecimal() and len(parts[0]) < 25:
-                counter = int(parts.pop(0))
+            counted = self._log.time(parts[0]) if len(parts) > 1 else None
+            if counted is not None:
+                del parts[0]
             if parts[0] in ("SEL", "ID", "AIR", "STA", "CLK"):
                 self.messages += 1
                 self.kinds["receiver's own messages"] += 1
@@ -101,18 +87,10 @@ class SbsReader:
             if t is not None:
                 reports += self._reports([(t, parts)])
             else:
-                reports += self._reports(self._clock.check(self._time(parts, counter), parts))
+                reports += self._reports(self._clock.check(self._time(parts, counted), parts))
         return reports
 
-    def _begin(self, line: str) -> None:
-        try:
-            stamp = re.sub(r"\s+UTC\b", "", line.split(",", 1)[1])
-            self._start = datetime.strptime(stamp, "%a %b %d %H:%M:%S %z %Y").timestamp()
-        except (IndexError, ValueError, OverflowError):
-            self.messages += 1
-            self._rejects["line not understood"] += 1
-
-    def _time(self, parts: list[str], counter: int | None) -> float:
+    def _time(self, parts: list[str], counted: float | None) -> float:
         for date, clock in ((parts[6], parts[7]), (parts[8], parts[9])):
             if date and clock:
                 try:
@@ -123,8 +101,8 @@ class SbsReader:
                     )
                 except (ValueError, OverflowError):
                     return math.nan
-        if counter is not None:
-            return self._start + counter * 1e-9
+        if counted is not None:
+            return counted
         self._nominal += NOMINAL_INTERVAL
         return self._nominal
 
@@ -146,10 +124,7 @@ class SbsReader:
         if kind is None:
             self._rejects["line not understood"] += 1
             return None
-        address = parts[4].lower()
-        aircraft = self._aircraft.get(address)
-        if aircraft is None:
-            aircraft = self._aircraft[address] = GeodeticAircraft(address, self.results)
+        aircraft = self._of(parts[4].lower())
         said: dict[str, object] = {}
         if parts[10].strip():
             said["callsign"] = parts[10].strip()
@@ -159,8 +134,7 @@ class SbsReader:
             said["ident"] = parts[20] in _TRUE
         if parts[19] in _TRUE:
             said["emergency"] = "general emergency"
-        if any(getattr(aircraft.info, name) != value for name, value in said.items()):
-            aircraft.info = replace(aircraft.info, **said)  # type: ignore[arg-type]
+        say(aircraft, said)
         if kind == "surface" or parts[21] in _TRUE:
             self._rejects["surface"] += 1
             return None

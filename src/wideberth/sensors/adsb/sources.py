@@ -5,7 +5,7 @@ from collections import deque
 
 from wideberth.errors import InputError
 from wideberth.sensors.adsb.byte_input import ByteInput
-from wideberth.sensors.adsb.formats import READERS, detect, names
+from wideberth.sensors.adsb.formats import LISTENING, READERS, detect, names
 from wideberth.sensors.adsb.live import LiveSource, parse_address
 from wideberth.sensors.adsb.readers import Reader
 from wideberth.sensors.adsb.report import AdsbReport, TrafficSource
@@ -22,7 +22,8 @@ def open_traffic(spec: str, fmt: str = "auto") -> TrafficSource:
     ----------
     spec : str
         Path of a file (gzip or not), ``"-"`` for standard input, or ``beast://host:port``, ``sbs://host:port``,
-        ``avr://host:port`` for a live receiver.
+        ``avr://host:port``, ``uat://host:port`` for a live receiver that is connected to, ``gdl90://host:port`` for
+        one whose datagrams are listened for there.
     fmt : str
         One of the names of `formats.READERS`, or ``"auto"`` to tell it by the content.
 
@@ -42,7 +43,7 @@ def open_traffic(spec: str, fmt: str = "auto") -> TrafficSource:
         scheme, host, port = parse_address(spec)
         if fmt not in ("auto", scheme):
             raise InputError(f"traffic '{spec}' is live {scheme}: its format cannot be '{fmt}'")
-        return LiveSource(spec, READERS[scheme](), host, port)
+        return LiveSource(spec, READERS[scheme](), host, port, listen=scheme in LISTENING)
     return FileSource(spec, fmt)
 
 

@@ -3,11 +3,9 @@
 import json
 import math
 from collections import Counter
-from dataclasses import replace
 from typing import Any
 
-from wideberth.sensors.adsb.geodetic_aircraft import GeodeticAircraft
-from wideberth.sensors.adsb.readers import nonzero
+from wideberth.sensors.adsb.geodetic_reader import GeodeticReader, say
 from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.units import DEGREE, FOOT, FOOT_PER_MINUTE, KNOT
 
@@ -16,7 +14,7 @@ _HUGE = 1e15  # more than any number in a row means
 _NUMBERS = ("latitude", "longitude", "altitude", "geoaltitude", "groundspeed", "track", "vertical_rate")
 
 
-class TrajectoryReader:
+class TrajectoryReader(GeodeticReader):
     """Reader of decoded trajectories.
 
     Keys of a row: `timestamp` (Unix ms), `icao24`, `latitude`, `longitude` (deg), `altitude` (pressure altitude, ft),
@@ -25,28 +23,8 @@ class TrajectoryReader:
     """
 
     def __init__(self) -> None:
-        self.kinds: Counter[str] = Counter()
-        self.results: Counter[str] = Counter()
-        self._rejects: Counter[str] = Counter()
-        self.messages = 0
+        super().__init__()
         self._data = bytearray()
-        self._aircraft: dict[str, GeodeticAircraft] = {}
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Counts of rows by kind, of results, and of rejections by cause."""
-        return {"messages": self.messages} | nonzero(self.kinds, self.results, self._rejects)
-
-    @property
-    def rejects(self) -> dict[str, int]:
-        """Rejections by cause, positions refused included."""
-        refused = ("position jumps", "position off the Earth", "whose of two aircraft with one address is unknown")
-        return nonzero(self._rejects) | {name: self.results[name] for name in refused if self.results[name]}
-
-    @property
-    def addresses(self) -> tuple[str, ...]:
-        """The addresses heard."""
-        return tuple(self._aircraft)
 
     def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:
         """Keep more bytes; all reports come at the end of the file."""
@@ -95,14 +73,12 @@ class TrajectoryReader:
         return usable
 
     def _report(self, t: float, address: str, row: dict[str, Any]) -> AdsbReport | None:
-        aircraft = self._aircraft.get(address)
-        if aircraft is None:
-            aircraft = self._aircraft[address] = GeodeticAircraft(address, self.results)
+        aircraft = self._of(address)
         callsign, squawk = row.get("callsign"), row.get("squawk")
-        if isinstance(callsign, str) and callsign.strip() and callsign.strip() != aircraft.info.callsign:
-            aircraft.info = replace(aircraft.info, callsign=callsign.strip())
-        if isinstance(squawk, str) and squawk and squawk != aircraft.info.squawk:
-            aircraft.info = replace(aircraft.info, squawk=squawk)
+        if isinstance(callsign, str) and callsign.strip():
+            say(aircraft, {"callsign": callsign.strip()})
+        if isinstance(squawk, str) and squawk:
+            say(aircraft, {"squawk": squawk})
         if row.get("onground") is True:
             self._rejects["surface"] += 1
             return None

@@ -1,0 +1,1 @@
+"""ASTERIX (EUROCONTROL): plots of radars, system tracks and ADS-B reports as surveillance networks exchange them."""

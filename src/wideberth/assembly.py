@@ -69,8 +69,19 @@ class Traffic:
     end: float
 
 
-def build_pipeline(scenario: ScenarioConfig, counter: Callable[[], float]) -> Pipeline:
-    """Return the pipeline of a scenario; `counter` gives the CPU seconds for its stage times."""
+def build_pipeline(scenario: ScenarioConfig, counter: Callable[[], float], *, live: bool = False) -> Pipeline:
+    """Return the pipeline of a scenario.
+
+    Parameters
+    ----------
+    scenario : ScenarioConfig
+    counter : callable
+        Gives the CPU seconds for its stage times.
+    live : bool
+        Whether the scans are those of a flight's inputs, not of the scenario's sensors.
+    """
+    sensors = scenario.inputs if live else scenario.sensors
+    intervals = {name: interval for sensor in sensors for name, interval in sensor.look_intervals.items()}
     planner = None
     if scenario.avoid:
         vehicle = scenario.ownship.target(scenario.ownship.config)
@@ -82,18 +93,8 @@ def build_pipeline(scenario: ScenarioConfig, counter: Callable[[], float]) -> Pi
         planner=planner,
         lost_memory=getattr(scenario.avoidance.config, "ghost_s", 60.0),
         counter=counter,
-        watch=SensorWatch(_radar_intervals(scenario), getattr(detector, "near_radius", 0.0)),
+        watch=SensorWatch(intervals, getattr(detector, "near_radius", 0.0)),
     )
-
-
-def _radar_intervals(scenario: ScenarioConfig) -> dict[str, float]:
-    """Return how often each unit of the radars looks, s, by name."""
-    return {
-        name: sensor.config.update_interval_s
-        for sensor in scenario.sensors
-        if issubclass(sensor.target, SimulatedRadar)
-        for name in sensor.config.unit_names(sensor.name)
-    }
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,8 +15,9 @@ from pydantic import Field, ValidationError
 from wideberth.config_errors import problems, unknown_key, wrong_things
 from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
+from wideberth.live import AUTOPILOTS, INPUTS
 from wideberth.part_config import PartConfig
-from wideberth.parts import Part, load_class, misfits
+from wideberth.parts import Part, input_misfits, load_class, misfits
 from wideberth.simulation.config import (
     TRAFFIC,
     EvaluationConfig,
@@ -84,8 +85,12 @@ class ScenarioConfig:
     montecarlo : MonteCarloConfig
     traffic : SimulatedTrafficConfig, RandomTrafficConfig or RecordedTrafficConfig
     sensors : tuple of Part
-        One at least, with names that differ.
+        One at least, with names that differ; none only where there are inputs.
     ownship, tracker, detection, avoidance : Part
+    autopilot : Part or None
+        What a flight flies.
+    inputs : tuple of Part
+        What a flight has in place of the sensors, with names that differ.
     """
 
     name: str
@@ -106,6 +111,8 @@ class ScenarioConfig:
     tracker: Part
     detection: Part
     avoidance: Part
+    autopilot: Part | None = None
+    inputs: tuple[Part, ...] = ()
 
     @property
     def sensor(self) -> Part:
@@ -145,6 +152,10 @@ class ScenarioConfig:
             else:
                 part: Part = getattr(self, key)
                 table[key] = {"kind": part.kind, **_plain(part.config)}
+        if self.autopilot is not None:
+            table["autopilot"] = _plain(self.autopilot.config) | {"kind": self.autopilot.kind}
+        if self.inputs:
+            table["inputs"] = [_plain(i.config) | {"kind": i.kind, "name": i.name} for i in self.inputs]
         return {k: v for k, v in table.items() if v is not None}
 
 
@@ -153,6 +164,8 @@ def _plain(config: PartConfig) -> dict[str, Any]:
 
 
 def _sensor_tables(sensors: Sequence[Part]) -> dict[str, Any]:
+    if not sensors:
+        return {}
     if len(sensors) == 1 and sensors[0].name == sensors[0].default_name:
         return {"sensor": {"kind": sensors[0].kind, **_plain(sensors[0].config)}}
     return {"sensors": [{"kind": s.kind, "name": s.name, **_plain(s.config)} for s in sensors]}
@@ -287,23 +300,28 @@ def build_scenario(tables: Mapping[str, Any], source: str = "scenario", folder: 
         With one line for each thing that is wrong.
     """
     wrong: list[str] = []
-    known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "sensors", "traffic"}
+    known = {*_GeneralConfig.model_fields, *PART_FOLDERS, "sensors", "traffic", "autopilot", "inputs"}
     general = check_table(
         _GeneralConfig, {k: v for k, v in tables.items() if k in _GeneralConfig.model_fields}, "", wrong
     )
     wrong += [f"{k}: {unknown_key(k, v, known)}" for k, v in tables.items() if k not in known]
     traffic = _traffic(tables.get("traffic", {}), folder, wrong)
     recorded = isinstance(traffic, RecordedTrafficConfig)
-    sensors = _sensors(tables, recorded, wrong)
+    inputs = _inputs(tables.get("inputs", []), wrong)
+    flown_only = bool(inputs) and "sensor" not in tables and "sensors" not in tables
+    sensors = {} if flown_only else _sensors(tables, recorded, wrong)
     parts: dict[str, Any] = {
-        key: _part(key, key, tables.get(key, {}), wrong) for key in PART_FOLDERS if key != "sensor"
+        key: _part(_known_parts(key), key, tables.get(key, {}), wrong) for key in PART_FOLDERS if key != "sensor"
     }
+    if "autopilot" in tables:
+        parts["autopilot"] = _part(AUTOPILOTS, "autopilot", tables["autopilot"], wrong)
     if traffic and not wrong:
-        wrong += misfits(sensors, parts["tracker"], recorded)
+        wrong += misfits(sensors, parts["tracker"], recorded) + input_misfits(inputs, parts["tracker"])
     if wrong or general is None or traffic is None:
         raise wrong_things(source, wrong)
     settings: dict[str, Any] = {key: getattr(general, key) for key in _GeneralConfig.model_fields}
-    return ScenarioConfig(**settings, **parts, sensors=tuple(sensors.values()), traffic=traffic)
+    parts |= {"sensors": tuple(sensors.values()), "inputs": tuple(inputs.values())}
+    return ScenarioConfig(**settings, **parts, traffic=traffic)
 
 
 def check_table(model: type[Checked], table: dict[str, Any], prefix: str, wrong: list[str]) -> Checked | None:
@@ -359,23 +377,49 @@ def _sensors(tables: Mapping[str, Any], recorded: bool, wrong: list[str]) -> dic
         listed = [(f"sensors.{k}", table) for k, table in enumerate(tables["sensors"])]
     sensors: dict[str, Part] = {}
     for path, table in listed:
-        given = dict(table) if isinstance(table, Mapping) else table
-        name = given.pop("name", None) if isinstance(given, dict) and path != "sensor" else None
-        if name is not None and not (isinstance(name, str) and name):
-            wrong.append(f"{path}.name: must be a text, not {name!r:.60}")
+        given, name = _named(path, table, wrong) if path != "sensor" else (table, None)
         # ADS-B is an error model for simulated traffic, and a receiver for recorded traffic.
-        if recorded and isinstance(given, dict) and given.get("kind", "adsb") == "adsb":
-            given["kind"] = "adsb_receiver"
-        part = _part("sensor", path, given, wrong)
+        if recorded and isinstance(given, Mapping) and given.get("kind", "adsb") == "adsb":
+            given = {**given, "kind": "adsb_receiver"}
+        part = _part(_known_parts("sensor"), path, given, wrong)
         if part is not None:
             sensors[path] = replace(part, name=name or part.default_name)
     return sensors
 
 
-def _part(key: str, path: str, table: object, wrong: list[str]) -> Part | None:
-    """Return the part of the folder of `key` that a table chooses; `path` is where the table stands in the file."""
+def _named(path: str, table: object, wrong: list[str]) -> tuple[object, str | None]:
+    """Return a table of a list without its name, and the name, if it has one."""
+    if not isinstance(table, Mapping):
+        return table, None
+    name = table.get("name")
+    if name is not None and not (isinstance(name, str) and name):
+        wrong.append(f"{path}.name: must be a text, not {name!r:.60}")
+    return {k: v for k, v in table.items() if k != "name"}, name
+
+
+def _inputs(listed: object, wrong: list[str]) -> dict[str, Part]:
+    """Return the inputs of `[[inputs]]` by their paths in the file."""
+    if not isinstance(listed, list):
+        wrong.append("inputs: must be a list with a table for each input: write [[inputs]] above each")
+        return {}
+    inputs: dict[str, Part] = {}
+    for k, table in enumerate(listed):
+        given, name = _named(f"inputs.{k}", table, wrong)
+        part = _part(INPUTS, f"inputs.{k}", given, wrong)
+        if part is not None:
+            inputs[f"inputs.{k}"] = replace(part, name=name or part.kind)
+    return inputs
+
+
+def _known_parts(key: str) -> Mapping[str, str]:
+    """Return the parts of the folder of a table."""
     folder = importlib.import_module(f"wideberth.{PART_FOLDERS[key]}")
-    parts: dict[str, str] = getattr(folder, "PARTS", {})
+    parts: Mapping[str, str] = getattr(folder, "PARTS", {})
+    return parts
+
+
+def _part(parts: Mapping[str, str], path: str, table: object, wrong: list[str]) -> Part | None:
+    """Return which of the parts a table chooses; `path` is where the table stands in the file."""
     chosen = _kind(path, table, next(iter(parts), ""), wrong)
     if chosen is None:
         return None

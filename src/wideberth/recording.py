@@ -30,7 +30,8 @@ from wideberth.types import Maneuver, Mission, Ownship, Scan, SensorHealth, Snap
 
 FloatArray = NDArray[np.float64]
 
-FORMAT_VERSION = 1
+# 2: inputs may hold a new mission and what happened outside the pipeline; the scenario says whether it was flown.
+FORMAT_VERSION = 2
 PROFILE = "wideberth"
 # A chunk ends only where we say so: then it always holds whole steps.
 _CHUNK_SIZE = 1 << 40
@@ -52,6 +53,10 @@ class RecordedStep(NamedTuple):
         What came out.
     truth : Truth or None
         The true states, where the world knew them.
+    mission : Mission or None
+        Where it changed in flight: the new one.
+    told : tuple of str
+        What happened outside the pipeline, in words, such as on the link to the autopilot.
     """
 
     t: float
@@ -59,6 +64,8 @@ class RecordedStep(NamedTuple):
     scans: list[Scan]
     snapshot: Snapshot
     truth: Truth | None
+    mission: Mission | None = None
+    told: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,6 +73,8 @@ class _Inputs:
     t: float
     ownship: Ownship
     scans: list[Scan]
+    mission: Mission | None = None
+    told: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,6 +93,7 @@ class _Preamble:
     mission: _MissionText | None
     origin_latitude: float
     origin_longitude: float
+    live: bool = False
 
 
 class Recorder:
@@ -104,6 +114,8 @@ class Recorder:
         The local frame's origin.
     flush_period : float
         Longest recorded time between two writes to the file, s.
+    live : bool
+        Whether the inputs are those of a flight, not of the scenario's sensors; replay needs to know.
 
     Raises
     ------
@@ -119,6 +131,7 @@ class Recorder:
         mission: Mission | None,
         frame: LocalFrame,
         flush_period: float = 1.0,
+        live: bool = False,
     ) -> None:
         self.path = Path(path)
         self._flush_period = flush_period
@@ -137,6 +150,7 @@ class Recorder:
             ),
             frame.latitude,
             frame.longitude,
+            live,
         )
         try:
             text = msgspec.json.encode(preamble, enc_hook=_encode_plain)
@@ -151,7 +165,9 @@ class Recorder:
             self._writer.start(PROFILE, f"wideberth {__version__}")
             self._channels = {
                 "scenario": self._channel("scenario", "json", "JSON: " + describe(_Preamble, _MissionText)),
-                "inputs": self._channel("inputs", "msgpack", ARRAY_TEXT + describe(_Inputs, Ownship, Scan, SourceInfo)),
+                "inputs": self._channel(
+                    "inputs", "msgpack", ARRAY_TEXT + describe(_Inputs, Ownship, Scan, SourceInfo, Mission)
+                ),
                 "snapshot": self._channel(
                     "snapshot",
                     "msgpack",
@@ -169,12 +185,35 @@ class Recorder:
         return self._writer.register_channel(topic, encoding, schema_id)
 
     def write(
-        self, snapshot: Snapshot, scans: list[Scan], truth: Truth | None = None, telemetry: Ownship | None = None
+        self,
+        snapshot: Snapshot,
+        scans: list[Scan],
+        truth: Truth | None = None,
+        telemetry: Ownship | None = None,
+        mission: Mission | None = None,
+        told: tuple[str, ...] = (),
     ) -> None:
-        """Add one step: what came out, what went in (`telemetry`, if not the snapshot's, and scans), true states."""
+        """Add one step.
+
+        Parameters
+        ----------
+        snapshot : Snapshot
+            What came out.
+        scans : list of Scan
+            What went in.
+        truth : Truth, optional
+            The true states.
+        telemetry : Ownship, optional
+            What went in, if not the snapshot's.
+        mission : Mission, optional
+            What the ownship flies from now on, where that changed.
+        told : tuple of str
+            What happened outside the pipeline, in words.
+        """
         t = snapshot.t
+        ownship = snapshot.ownship if telemetry is None else telemetry
         with _Guard(self):
-            self._add("inputs", t, _Inputs(t, snapshot.ownship if telemetry is None else telemetry, list(scans)))
+            self._add("inputs", t, _Inputs(t, ownship, list(scans), mission, told))
             self._add("snapshot", t, snapshot)
             if truth is not None:
                 self._add("truth", t, truth)
@@ -276,6 +315,8 @@ class Recording:
         Times of the first and the last step, s; NaN without steps.
     summary : dict or None
         The scores, where the run was finished.
+    live : bool
+        Whether the inputs are those of a flight.
     """
 
     path: Path
@@ -288,6 +329,7 @@ class Recording:
     t_start: float
     t_end: float
     summary: dict[str, Any] | None
+    live: bool
     _chunks: list[Chunk] = field(repr=False)
 
     def steps(self) -> Iterator[RecordedStep]:
@@ -334,7 +376,7 @@ def _steps(chunk: Chunk, path: Path) -> Iterator[RecordedStep]:
             truth = _TRUTH.decode(parts["truth"]) if "truth" in parts else None
         except (KeyError, ValueError, msgspec.DecodeError) as error:
             raise InputError(f"{path} holds a step that cannot be read ({error}): made by another version?") from error
-        yield RecordedStep(snapshot.t, inputs.ownship, inputs.scans, snapshot, truth)
+        yield RecordedStep(snapshot.t, inputs.ownship, inputs.scans, snapshot, truth, inputs.mission, inputs.told)
 
 
 def read_recording(path: str | os.PathLike[str]) -> Recording:
@@ -390,6 +432,7 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
         t_start,
         t_end,
         summary,
+        preamble.live,
         chunks,
     )
 

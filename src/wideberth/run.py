@@ -67,6 +67,8 @@ def run_scenario(
     """
     if scenario.mission is None:
         raise InputError("mission: missing; give one in the scenario or with --mission FILE.csv")
+    if not scenario.sensors:
+        raise InputError("sensor: missing; this scenario has inputs of a flight only: fly it with wideberth fly")
     frame = scenario.frame()
     mission = scenario.mission.mission(frame)
     planned = planned_duration(mission)

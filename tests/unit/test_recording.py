@@ -1,6 +1,7 @@
 """Recordings: exact round trip, crash safety, bad files."""
 
 import dataclasses
+import itertools
 import math
 import os
 import signal
@@ -62,6 +63,20 @@ def test_the_summary_of_a_finished_run_comes_back(tmp_path):
     assert recording.summary == summary and recording.step_count == 25
     write(tmp_path / "b.mcap", 5)
     assert read_recording(tmp_path / "b.mcap").summary is None
+
+
+def test_a_flight_keeps_its_new_mission_and_what_happened_around_it(tmp_path):
+    other = dataclasses.replace(MISSION, waypoints=MISSION.waypoints + 1.0, index=2)
+    first, second = itertools.islice(made_steps(2, 1), 2)
+    with Recorder(tmp_path / "a.mcap", {}, mission=MISSION, frame=FRAME, live=True) as recorder:
+        recorder.write(first[0], first[1])
+        recorder.write(second[0], second[1], mission=other, told=("link lost", "clock jumped"))
+    recording = read_recording(tmp_path / "a.mcap")
+    before, after = recording.steps()
+    assert recording.live and before.mission is None and before.told == ()
+    assert encode(after.mission) == encode(other) and after.told == ("link lost", "clock jumped")
+    write(tmp_path / "b.mcap", 1)
+    assert not read_recording(tmp_path / "b.mcap").live
 
 
 def test_infinities_nan_and_signs_of_zero_survive(tmp_path):

@@ -262,9 +262,12 @@ def test_no_traffic_is_an_empty_truth() -> None:
     assert truth.ids == () and truth.positions.shape == truth.velocities.shape == (0, 3)
 
 
-def recorded_step(t: float, index: int) -> tuple[float, Ownship, list[Scan], Snapshot]:
+def recorded_step(
+    t: float, index: int, mission: Mission | None = None
+) -> tuple[float, Ownship, list[Scan], Snapshot, Mission | None]:
     own = Ownship(t, np.array([t, 0.0, 0.0]), np.zeros(3))
-    return t, own, [scan(t, np.zeros((1, 3)))], Snapshot(t, own, (), (), None, AlertLevel.CLEAR, index, {}, {})
+    snapshot = Snapshot(t, own, (), (), None, AlertLevel.CLEAR, index, {}, {})
+    return t, own, [scan(t, np.zeros((1, 3)))], snapshot, mission
 
 
 def test_replay_gives_back_what_was_recorded() -> None:
@@ -282,6 +285,16 @@ def test_replay_gives_back_what_was_recorded() -> None:
     assert [s[0] for s in seen] == [s[1] for s in steps] and [s[2] for s in seen] == [1, 1, 2]
     with pytest.raises(ValueError, match="ended"):
         w.sense(12.0)
+
+
+def test_replay_flies_the_mission_that_came_in_flight() -> None:
+    other = Mission(MISSION.waypoints + 5.0, MISSION.speeds, 11.0)
+    w = ReplayWorld([recorded_step(10.0, 1), recorded_step(11.0, 2, other), recorded_step(12.0, 2)], MISSION)
+    flown = []
+    while (t := w.next_time) is not None:
+        w.sense(t)
+        flown.append((w.mission.index, bool((w.mission.waypoints == other.waypoints).all())))
+    assert flown == [(1, False), (2, True), (2, True)]
 
 
 def test_replay_refuses_other_times() -> None:

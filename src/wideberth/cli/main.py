@@ -10,6 +10,7 @@ from wideberth.cli.errors import guarded
 # Each is a module of this package with a function of the same name; the command has dashes for underscores.
 COMMANDS = (
     "run",
+    "fly",
     "replay",
     "compare",
     "movie",

@@ -36,7 +36,7 @@ def replay(
     recorded = read_recording(recording)
     console.print(f"{recording}: {recorded.message}")
     scenario = build_scenario(recorded.scenario, source=f"the scenario in {recording}")
-    pipeline = build_pipeline(scenario, time.process_time)
+    pipeline = build_pipeline(scenario, time.process_time, live=recorded.live)
     with Progress(console=Console(stderr=True), transient=True) as progress:
         task = progress.add_task("replay", total=recorded.step_count)
         result = run_again(recorded, pipeline, lambda count: progress.update(task, completed=count))
@@ -75,10 +75,10 @@ def _score(recorded: "Recording", scenario: "ScenarioConfig") -> dict[str, Any]:
 
     metrics = RunMetrics.of(scenario.evaluation)
     index = 0
-    for t, ownship, _, snapshot, truth in recorded.steps():
-        metrics.update(t, ownship.position, ownship.velocity, truth)
-        metrics.observe(snapshot)
-        index = snapshot.mission_index
+    for step in recorded.steps():
+        metrics.update(step.t, step.ownship.position, step.ownship.velocity, step.truth)
+        metrics.observe(step.snapshot)
+        index = step.snapshot.mission_index
     summary = metrics.summary(
         seed=scenario.seed,
         mission=recorded.mission,

@@ -1,7 +1,8 @@
 """What a run is scored by: losses of separation on true states, alerts, maneuvers and reversals."""
 
 import math
-from collections.abc import Mapping
+from array import array
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -80,7 +81,7 @@ class RunMetrics:
         self._least_bad = 0
         self._last_maneuver_t = math.nan
         self._reversals = ReversalCounter()
-        self._step_times: list[float] = []
+        self._step_times = array("d")
         self._sensors: dict[str, dict[str, Any]] = {}
         self._worst_alert = AlertLevel.CLEAR
         self._unknown_steps = 0
@@ -298,7 +299,7 @@ class RunMetrics:
         return rows
 
 
-def _milliseconds(seconds: list[float]) -> dict[str, float | None]:
+def _milliseconds(seconds: Sequence[float]) -> dict[str, float | None]:
     if not seconds:
         return {"mean": None, "p95": None, "max": None}
     values = 1e3 * np.asarray(seconds)

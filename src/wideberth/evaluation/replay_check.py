@@ -69,7 +69,7 @@ def replay(recording: Recording, pipeline: Stepper, progress: Callable[[int], No
         raise InputError(f"{recording.path} holds no mission: it cannot be replayed")
     if not recording.step_count:
         raise InputError(f"{recording.path} has no steps to replay")
-    world = ReplayWorld(recording, recording.mission)
+    world = ReplayWorld(((*step[:4], step.mission) for step in recording.steps()), recording.mission)
     count = 0
     while (t := world.next_time) is not None:
         ownship, scans = world.sense(t)

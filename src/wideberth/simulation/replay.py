@@ -11,10 +11,10 @@ class ReplayWorld:
 
     Parameters
     ----------
-    steps : iterable of (float, Ownship, list of Scan, Snapshot)
-        In the order of time.
+    steps : iterable of (float, Ownship, list of Scan, Snapshot, Mission or None)
+        In the order of time; a mission where it changed.
     mission : Mission
-        What the ownship flew.
+        What the ownship flew at first.
 
     Attributes
     ----------
@@ -24,7 +24,9 @@ class ReplayWorld:
         What was last asked to be flown.
     """
 
-    def __init__(self, steps: Iterable[tuple[float, Ownship, list[Scan], Snapshot]], mission: Mission) -> None:
+    def __init__(
+        self, steps: Iterable[tuple[float, Ownship, list[Scan], Snapshot, Mission | None]], mission: Mission
+    ) -> None:
         self._steps = iter(steps)
         self._next = next(self._steps, None)
         self._mission = mission
@@ -60,7 +62,8 @@ class ReplayWorld:
             raise ValueError(f"the recording has no step at {t:.3f} s: it has ended")
         if self._next[0] != t:
             raise ValueError(f"the next recorded step is at {self._next[0]!r} s, not at {t!r} s")
-        _, ownship, scans, self.recorded = self._next
+        _, ownship, scans, self.recorded, changed = self._next
+        self._mission = self._mission if changed is None else changed
         self._next = next(self._steps, None)
         return ownship, scans
 

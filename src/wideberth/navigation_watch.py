@@ -64,7 +64,8 @@ class NavigationWatch:
         elif age > STALE:
             state = f"no telemetry for {age:.0f} s"
         else:
-            state = f"position jumped by {self._jump:.0f} m" if self._jump else "ok"
+            # What telemetry says of itself, such as a lost GPS fix, is believed.
+            state = f"position jumped by {self._jump:.0f} m" if self._jump else telemetry.state
         kind = "".join(c for c in state if not c.isdigit())
         events = (f"ownship: {state}",) if kind != self._kind else ()
         self._kind = kind

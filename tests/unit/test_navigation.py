@@ -153,3 +153,14 @@ def test_times_that_make_no_sense_are_no_telemetry():
         assert believed.state == "no telemetry for 1 s"
     nothing, _ = NavigationWatch().step(0.0, dataclasses.replace(own(0.0), t=math.nan))
     assert nothing.state == "telemetry without a usable time" and nothing.t == 0.0
+
+
+def test_what_telemetry_says_against_itself_is_believed():
+    watch = NavigationWatch()
+    watch.step(0.0, own(0.0, (0, 0, 0)))
+    bad = dataclasses.replace(own(0.2, (0, 0, 0)), state="autopilot has no GPS fix")
+    for t in (0.2, 0.3):
+        believed, events = watch.step(t, bad)
+        assert believed.state == "autopilot has no GPS fix"
+        assert bool(events) is (t == 0.2)
+    assert watch.step(0.4, own(0.4, (0, 0, 0)))[0].state == "ok"

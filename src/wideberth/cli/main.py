@@ -26,6 +26,7 @@ COMMANDS = (
     "cas",
     "send_radar",
     "send_traffic",
+    "simulate_vehicle",
     "warmup",
 )
 

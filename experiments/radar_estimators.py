@@ -24,7 +24,8 @@ from wideberth.sensors.radar.estimation.beamforming import (
 )
 from wideberth.sensors.radar.estimation.calibration import calibrate
 from wideberth.sensors.radar.estimation.cramer_rao import bounds
-from wideberth.sensors.radar.estimation.plots import Estimates, estimate_plots
+from wideberth.sensors.radar.estimation.echoes import Estimates
+from wideberth.sensors.radar.estimation.plots import estimate_plots
 from wideberth.sensors.radar.link_budget import noise_power, snr_db
 from wideberth.sensors.radar.processing.averaging import channel_powers
 from wideberth.sensors.radar.processing.peak_interpolation import RangeSpread, parabola_offset

@@ -5,9 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth.sensors.radar.config import ProcessingConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.link_budget import noise_power, snr_db
+from wideberth.sensors.radar.processing.config import ProcessingConfig
 from wideberth.sensors.radar.processing.range_compression import range_compress
 from wideberth.sensors.radar.sweeps.paths import RadarTarget
 from wideberth.sensors.radar.sweeps.simulate import simulate_sweeps

@@ -51,3 +51,21 @@ def cfar_cells(i: int, first: int, last: int, cells: int, guard: int, step: int)
     right = [i + guard + 1 + step * k for k in range(2 * cells) if i + guard + 1 + step * k < last]
     n = min(max(cells, 2 * cells - len(right)), len(left))
     return left[:n] + right[: 2 * cells - n]
+
+
+def clutter_map(
+    powers: NDArray[np.float64], used: NDArray[np.bool_], frames: float, most: float
+) -> NDArray[np.float64]:
+    """Return the forgetting mean of each channel and bin over frames, bin by bin."""
+    found = np.zeros(powers.shape[1:])
+    for channel in range(powers.shape[1]):
+        for b in range(powers.shape[2]):
+            level, n = 0.0, 0
+            for k in range(len(powers)):
+                if used[k, channel]:
+                    n += 1
+                    now = powers[k, channel, b] if n == 1 else min(powers[k, channel, b], most * level)
+                    share = max(1.0 / n, 1.0 / frames)
+                    level = (1.0 - share) * level + share * now
+            found[channel, b] = level
+    return found

@@ -5,7 +5,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.naive import radar_sweeps as naive
-from wideberth.sensors.radar.config import RadarConfig, ReceiverConfig
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.sweeps.config import ReceiverConfig
 from wideberth.sensors.radar.sweeps.paths import Multipath, RadarTarget
 from wideberth.sensors.radar.sweeps.receiver import coupling_matrix, sample_noise, saturated
 from wideberth.sensors.radar.sweeps.simulate import simulate_noise, simulate_sweeps

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from wideberth.sensors.radar.config import ProcessingConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.processing.averaging import detection_power
+from wideberth.sensors.radar.processing.config import ProcessingConfig
 from wideberth.sensors.radar.processing.detection_level import detection_model, detection_threshold, searched_bins
 from wideberth.sensors.radar.processing.frame import process, process_frame
 from wideberth.sensors.radar.processing.frame_powers import frame_image, frame_powers

@@ -7,11 +7,14 @@ import pytest
 from scipy import stats
 
 from wideberth.sensors.radar.config import SimulatedRadarConfig
-from wideberth.sensors.radar.coverage import scan_detection_probability
+from wideberth.sensors.radar.coverage import looks_and_gain_db, plot_probability
+from wideberth.sensors.radar.link_budget import averaging_gain_db, snr_db
 from wideberth.sensors.radar.plot_model import HALF_POWER_WIDTH, TONE_BINS, PlotModel, even_directions, polar
+from wideberth.sensors.radar.range_cells import beat_bins, bin_shares
 
 QUIET = {"false_alarm_probability": 1e-12}
 PLANE = {"channels": 16, "array_rows": 4}
+LONE_BINS = {"group_bins": 1, "window": "rectangular"}
 LOOKS = 1200
 
 
@@ -37,31 +40,34 @@ def looks(model, positions, rcs, rates=0.0, n=LOOKS, seed=1):
     [
         (400.0, 0.03, {}),
         (300.0, 0.01, {"swerling": 3}),
-        (350.0, 0.011, {"swerling": 0}),
+        (350.0, 0.03, {"swerling": 0}),
         (400.0, 0.02, {"detect_on": "beam"}),
         (400.0, 0.03, {"averaging": "coherent", "averages": 8}),
         (300.0, 0.01, {**PLANE, "averages": 4}),
     ],
 )
-def test_detection_has_the_probability_of_the_link_budget(distance, rcs, settings):
+def test_detection_has_the_probability_of_the_link_budget_over_places_in_a_bin(distance, rcs, settings):
     config = {"false_alarm_probability": 1e-5, **settings}
-    model = model_of({"processing_loss_db": 2.0}, **config)
+    model, radar = model_of({"processing_loss_db": 2.0}, **config), SimulatedRadarConfig.model_validate(config)
     azimuth, elevation = math.radians(20), math.radians(-5)
-    found = sum(
-        len(z) and np.abs(z[:, 0] - distance).min() < 3.0
-        for z, _ in looks(model, place(distance, azimuth, elevation), rcs, 9.0)
-    )
-    lossy = SimulatedRadarConfig.model_validate({**config, "losses_db": 2.0})
-    p = float(scan_detection_probability(distance, rcs, 9.0, lossy, azimuth=azimuth, elevation=elevation))
+    random, found = np.random.default_rng(1), 0
+    for k in range(LOOKS):
+        at = place(distance + radar.range_bin * k / LOOKS, azimuth, elevation)
+        z, _ = model.look(random, at[None], np.array([9.0]), np.array([rcs]))
+        found += bool(len(z) and np.abs(z[:, 0] - distance).min() < 3.0)
+    p = float(plot_probability(distance, rcs, 9.0, radar, azimuth=azimuth, elevation=elevation, loss_db=2.0))
     assert 0.05 < p < 0.97
-    assert stats.binomtest(int(found), LOOKS, p).pvalue > 1e-3
+    assert stats.binomtest(found, LOOKS, p).pvalue > 1e-3
 
 
 def test_a_fixed_threshold_sees_or_does_not_and_has_no_false_alarms():
-    model = model_of(snr_threshold_db=30.0)
+    model = model_of({"processing_loss_db": 0.0}, snr_threshold_db=30.0)
     config = SimulatedRadarConfig(snr_threshold_db=30.0)
+    n, gain = looks_and_gain_db(config)
     for distance in np.linspace(50.0, 600.0, 40):
-        expected = float(scan_detection_probability(distance, 1.0, 0.0, config))
+        share = bin_shares(config, beat_bins(config, distance, 0.0), 0.0)
+        over = snr_db(distance, 1.0, config) + gain + averaging_gain_db(n) + 10.0 * np.log10(share) >= 30.0
+        expected = (over[1:] & over[:-1]).any()
         for z, _ in looks(model, place(distance), 1.0, n=3):
             assert len(z) == expected
 
@@ -69,7 +75,7 @@ def test_a_fixed_threshold_sees_or_does_not_and_has_no_false_alarms():
 @pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 0.0), (0.7, -0.2), (-0.9, 0.15)])
 def test_errors_have_the_stated_spread_and_no_bias(azimuth, elevation):
     model = model_of(range_rate=True, swerling=1, **PLANE, **QUIET)
-    rows = [(z[0], v[0]) for z, v in looks(model, place(250.0, azimuth, elevation), 0.1, -8.0) if len(z)]
+    rows = [(z[0], v[0]) for z, v in looks(model, place(250.0, azimuth, elevation), 0.4, -8.0) if len(z)]
     z, v = (np.array(part) for part in zip(*rows, strict=True))
     error = (z - [250.0, azimuth, elevation, -8.0]) / np.sqrt(v)
     n = len(z)
@@ -81,7 +87,11 @@ def test_errors_have_the_stated_spread_and_no_bias(azimuth, elevation):
 
 
 def test_spread_is_the_bound_with_its_floor_and_grows_off_boresight():
-    model = model_of({"range_floor_bins": 0.1, "direction_floor_beamwidths": 0.01}, range_rate=True, **PLANE)
+    model = model_of(
+        {"range_floor_bins": 0.1, "direction_floor_beamwidths": 0.01},
+        range_rate=True,
+        **PLANE,
+    )
     c = SimulatedRadarConfig(**PLANE)
     total = np.array([100.0, 1e12])
     sigma = model.sigmas(np.array([place(100.0)] * 2), total)
@@ -122,15 +132,15 @@ def test_a_line_array_gives_the_angle_of_a_cone_and_no_elevation():
 
 
 def test_two_aircraft_in_one_cell_give_one_plot_weighted_by_power():
-    model = model_of({"resolution_bins": 2.0}, swerling=0, **PLANE, **QUIET)
+    model = model_of({"resolution_bins": 2.0, "resolution_beamwidths": 1.0}, swerling=0, **PLANE, **QUIET)
     bin_length = SimulatedRadarConfig(**PLANE).range_bin
 
     def count(*places):
         return {len(z) for z, _ in looks(model, np.array(places), 1.0, n=20)}
 
-    assert count(place(200.0), place(200.0 + 1.5 * bin_length, 0.1)) == {1}
-    assert count(place(200.0), place(200.0 + 2.5 * bin_length, 0.1)) == {2}
-    assert count(place(200.0), place(200.0, math.asin(0.6))) == {2}
+    assert count(place(200.0), place(200.0 + 1.1 * bin_length, 0.1)) == {1}
+    assert count(place(200.0), place(200.0 + 2.9 * bin_length, 0.1)) == {2}
+    assert count(place(200.0), place(200.0, math.asin(0.7))) == {2}
     assert count(place(200.0), place(200.0, 0.05), place(200.0, 0.1), place(300.0)) == {2}
     random = np.random.default_rng(4)
     pair = np.array([place(200.0, 0.0), place(200.0, 0.2)])
@@ -140,7 +150,13 @@ def test_two_aircraft_in_one_cell_give_one_plot_weighted_by_power():
 
 
 def test_false_alarms_come_as_often_as_the_bins_and_evenly():
-    settings = {"false_alarm_probability": 2e-3, "range_min_m": 100.0, "range_max_m": 400.0, **PLANE}
+    settings = {
+        "false_alarm_probability": 2e-3,
+        "processing": LONE_BINS,
+        "range_min_m": 100.0,
+        "range_max_m": 400.0,
+        **PLANE,
+    }
     c = SimulatedRadarConfig.model_validate(settings)
     model = model_of({"false_alarm_factor": 1.5}, **settings)
     none = np.empty((0, 3))

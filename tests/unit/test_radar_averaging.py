@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.naive import radar_processing as naive
-from wideberth.sensors.radar.config import ProcessingConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.link_budget import noise_power
 from wideberth.sensors.radar.processing.averaged_power_kernels import add_powers
 from wideberth.sensors.radar.processing.averaging import (
@@ -14,10 +14,11 @@ from wideberth.sensors.radar.processing.averaging import (
     correlation_matrices,
     detection_power,
     moving_targets,
-    window_noise_gain,
     windowed,
 )
+from wideberth.sensors.radar.processing.config import ProcessingConfig
 from wideberth.sensors.radar.processing.range_compression import range_compress
+from wideberth.sensors.radar.range_cells import window_noise_gain
 
 
 def small(sampling: str = "real", window: str = "hann", **more) -> RadarConfig:

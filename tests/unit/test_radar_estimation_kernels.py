@@ -7,19 +7,22 @@ from scipy.optimize import minimize
 from tests.made_frames import radar
 from tests.naive import radar_estimation as naive
 from wideberth.sensors.radar.estimation.beamforming import places_in_wavelengths
-from wideberth.sensors.radar.estimation.direction_kernels import DIRECTION, fit_direction
+from wideberth.sensors.radar.estimation.direction_kernels import DIRECTION, answer, fit_direction
 from wideberth.sensors.radar.estimation.echo_kernels import (
+    CELLS,
     CORRELATIONS,
     bin_response,
     correlate,
     covariance_along,
     echo_slopes,
-    remove_echo,
+    remove_echoes,
+    remove_others,
     sums_of_channels,
 )
 from wideberth.sensors.radar.estimation.range_rate_kernels import (
     FIT,
     fit_echo,
+    fit_range_rates,
     half_bin_powers,
     search_lines,
     search_rates,
@@ -84,7 +87,7 @@ def test_slopes_are_those_of_the_model():
 def test_correlations_are_sums_over_the_bins_used():
     z = noise(1, SWEEPS, BINS)
     out = np.empty(CORRELATIONS)
-    correlate(z, FIRST, WAVEFORM, DISTANCE, RATE, HALF, out)
+    correlate(z, FIRST, WAVEFORM, DISTANCE, RATE, HALF, np.empty((CELLS, 2 * HALF + 1)), out)
     m, r, v = modelled(DISTANCE, RATE) * used(DISTANCE, RATE)
     sums = [np.vdot(m, z), np.vdot(r, z), np.vdot(v, z), np.vdot(m, r), np.vdot(m, v)]
     powers = [np.vdot(a, b).real for a, b in ((m, m), (r, r), (v, v), (r, v))]
@@ -100,7 +103,7 @@ def test_channels_are_correlated_reduced_and_averaged_alike():
     np.testing.assert_allclose(sums, np.einsum("kb,kcb->kc", (m * near).conj(), x), rtol=1e-9, atol=1e-12)
     h = np.array([1.0 - 2.0j, 0.5j])
     less = x.copy()
-    remove_echo(less, FIRST, WAVEFORM, DISTANCE, RATE, h)
+    remove_echoes(less, FIRST, WAVEFORM, np.array([[DISTANCE, RATE]]), h[None])
     np.testing.assert_allclose(less, x - h[:, None] * m[:, None, :], atol=1e-3)
     r = np.empty((2, 2), dtype=np.complex128)
     assert covariance_along(x, FIRST, WAVEFORM, DISTANCE, RATE, HALF, r) == near.sum()
@@ -139,7 +142,7 @@ def test_searches_find_what_trying_all_finds():
 def test_the_fit_is_the_greatest_likelihood_and_its_variance_the_curvature():
     z = 3.0 * modelled(DISTANCE, RATE)[0] + noise(4, SWEEPS, BINS) * np.sqrt(0.5)
     fit = np.empty(FIT)
-    fit_echo(z, FIRST, WAVEFORM, DISTANCE + 0.01, RATE + 0.2, HALF, 30, 0.0, fit)
+    fit_echo(z, FIRST, WAVEFORM, DISTANCE + 0.01, RATE + 0.2, HALF, 30, 1e-6, 0.0, fit)
     near = used(fit[0], fit[1])
 
     def loss(p):
@@ -163,7 +166,7 @@ def test_the_fit_is_the_greatest_likelihood_and_its_variance_the_curvature():
 def test_a_fit_out_of_reach_stays_where_it_is():
     z = noise(5, SWEEPS, BINS)
     fit = np.empty(FIT)
-    fit_echo(z, FIRST, WAVEFORM, DISTANCE, RATE, HALF, 30, 1e6, fit)
+    fit_echo(z, FIRST, WAVEFORM, DISTANCE, RATE, HALF, 30, 1e-6, 1e6, fit)
     assert (fit[0], fit[1]) == (DISTANCE, RATE)
 
 
@@ -173,8 +176,8 @@ def test_direction_is_the_greatest_likelihood(rows, channels):
     response = np.eye(channels) + 0.1 * noise(6, channels, channels)
     true = np.array([0.3 if channels > rows else 0.0, -0.2 if rows > 1 else 0.0])
     h = response @ np.exp(-2j * np.pi * (places @ true)) + 0.1 * noise(7, channels)
-    fit = np.empty(DIRECTION)
-    fit_direction(h, response, places, true[0] + 0.05 * (true[0] != 0), true[1], 30, fit)
+    fit, heard = np.empty(DIRECTION), np.empty(channels, np.complex128)
+    fit_direction(h, response, places, true[0] + 0.05 * (true[0] != 0), true[1], 30, fit, heard)
 
     def wave(p):
         return response @ np.exp(-2j * np.pi * (places @ p))
@@ -189,9 +192,57 @@ def test_direction_is_the_greatest_likelihood(rows, channels):
     assert fit[2] == pytest.approx(-best.fun, rel=1e-9)
     np.testing.assert_allclose(fit[moving], best.x, atol=1e-5)
     e = wave(fit[:2])
+    np.testing.assert_allclose(heard, e, atol=1e-12)
+    answer(response, places, fit[0], fit[1], heard)
+    np.testing.assert_allclose(heard, e, atol=1e-12)
     d = [(wave(fit[:2] + s) - wave(fit[:2] - s)) / 2e-6 for s in 1e-6 * np.eye(2)]
     a = np.vdot(e, h) / np.vdot(e, e)
     jacobian = np.stack([a * e, 1j * a * e, a * d[0], a * d[1]])
     information = 2.0 * (jacobian.conj() @ jacobian.T).real
     rest = information[2:, 2:] - information[2:, :2] @ np.linalg.solve(information[:2, :2], information[:2, 2:])
     np.testing.assert_allclose(fit[3:6], [rest[0, 0], rest[1, 1], rest[0, 1]], rtol=1e-4, atol=1e-4)
+
+
+@pytest.mark.parametrize("rate", [0.0, 21.7, -45.0])
+@pytest.mark.parametrize("away", [-60, 30, 200])
+def test_far_off_an_echo_is_removed_as_the_spectrum_of_its_sweeps(rate, away):
+    exact = naive.echo(COMPLEX, SWEEPS, DISTANCE, rate)
+    first = FIRST + away
+    x = np.zeros((SWEEPS, 1, BINS), np.complex128)
+    remove_echoes(x, first, WAVEFORM, np.array([[DISTANCE, rate]]), np.ones((1, 1), np.complex128))
+    # Against a peak of 1 and side lobes of a hundredth.
+    np.testing.assert_allclose(-x[:, 0], exact[:, first : first + BINS], atol=1e-4)
+
+
+def test_others_are_removed_where_they_matter_and_mirrored_where_samples_are_real():
+    x, scale = noise(11, SWEEPS, 2, BINS), np.array([1.0, 2.0])
+    paths = np.array([[DISTANCE, RATE], [DISTANCE + 0.6, -3.0], [DISTANCE, 1.0], [DISTANCE + 30.0, 0.0]])
+    heard, modelled = 3.0 * noise(12, 4, 2), 3.0 * noise(13, 4, 2)
+    heard[3] *= 1e-6  # too weak to matter
+    kinds, at = np.array([0, 1, 2, 0]), round(WAVEFORM[0] * DISTANCE)
+    for mirrored in (False, True):
+        less = x.copy()
+        removed = remove_others(less, FIRST, at, 10, WAVEFORM, paths, heard, modelled, kinds, scale, mirrored, 1e-4)
+        expected = x.copy()
+        remove_echoes(expected, FIRST, WAVEFORM, paths[:2], np.array([heard[0], modelled[1]]) / scale)
+        if mirrored:
+            remove_echoes(expected, FIRST, WAVEFORM, -paths[:3], heard[:3].conj() / scale)
+        np.testing.assert_allclose(less, expected, atol=1e-9)
+        taken = sum(np.sum(np.abs(h / scale) ** 2) for h in (heard[0], modelled[1]))
+        assert removed == pytest.approx(SWEEPS * taken)
+
+
+def test_range_rates_that_phases_allow_are_all_weighed():
+    z = 8.0 * modelled(DISTANCE, RATE)[0] + noise(14, SWEEPS, BINS) * np.sqrt(0.5)
+    span = 1.0 / (WAVEFORM[3] * WAVEFORM[5])
+    fits = np.empty((20, FIT))
+    start = (DISTANCE + span * WAVEFORM[1] / WAVEFORM[0], RATE - span)
+    n = fit_range_rates(z, FIRST, WAVEFORM, *start, 50.0, HALF, fits)
+    found = fits[:n]
+    best = np.empty(FIT)
+    fit_echo(z, FIRST, WAVEFORM, DISTANCE, RATE, HALF, 30, 1e-9, 0.0, best)
+    assert found[0, 2] == found[:, 2].max() == pytest.approx(best[2], rel=1e-4)
+    assert abs(found[0, 1] - best[1]) < 0.05 * np.sqrt(best[7])
+    steps = (found[:, 1] - found[0, 1]) / span
+    assert np.abs(steps - np.round(steps)).max() < 0.3 and len(set(np.round(steps))) == n
+    assert fit_range_rates(z, FIRST, WAVEFORM, *start, 0.0, HALF, fits) == 1

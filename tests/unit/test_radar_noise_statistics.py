@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from wideberth.errors import InputError
-from wideberth.sensors.radar.config import FixedPointConfig, ProcessingConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.processing.config import FixedPointConfig, ProcessingConfig
 from wideberth.sensors.radar.processing.detection_level import searched_bins
 from wideberth.sensors.radar.processing.noise_statistics import (
     NoiseStatistics,

@@ -1,12 +1,21 @@
 import numpy as np
 import pytest
 
-from wideberth.sensors.radar.config import RadarConfig, ReceiverConfig
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.link_budget import noise_power
 from wideberth.sensors.radar.presets import PRESETS
+from wideberth.sensors.radar.processing.frame import process
 from wideberth.sensors.radar.processing.range_compression import range_compress
+from wideberth.sensors.radar.sweeps.config import ReceiverConfig
 from wideberth.sensors.radar.sweeps.paths import RadarTarget
-from wideberth.sensors.radar.sweeps.receiver import coupling_matrix, if_response, sample_noise, saturated
+from wideberth.sensors.radar.sweeps.receiver import (
+    channel_response,
+    coupling_matrix,
+    if_response,
+    sample_noise,
+    saturated,
+)
 from wideberth.sensors.radar.sweeps.simulate import simulate_noise, simulate_sweeps
 
 PLANE = PRESETS["uplooking_4x4"]
@@ -147,3 +156,28 @@ def test_leakage_fills_the_near_bins_in_every_frame():
     weak = radar(leakage_db=-60.0, high_pass_khz=50.0)
     weakened = np.abs(range_compress(weak, simulate_noise(weak, 2, 1))[..., 1]) ** 2
     np.testing.assert_allclose(weakened / power, if_response(weak, 1 / 2.048e-3) ** 2, rtol=0.1)
+
+
+def test_channels_that_differ_bias_directions_unless_they_are_calibrated():
+    alike = RadarConfig(if_bandwidth_mhz=0.125, averages=8)
+    uneven = ReceiverConfig(
+        channel_coupling_db=-20.0, channel_gain_spread_db=1.0, channel_phase_spread_deg=15.0, channel_seed=3
+    )
+    config = alike.model_copy(update={"receiver": uneven})
+    response = channel_response(config)
+    assert np.mean(np.sum(np.abs(response) ** 2, axis=1)) == pytest.approx(1.0, rel=1e-9)
+    np.testing.assert_array_equal(response, channel_response(config))
+    assert not np.allclose(
+        response,
+        channel_response(config.model_copy(update={"receiver": uneven.model_copy(update={"channel_seed": 4})})),
+    )
+    target = [RadarTarget(40.0, azimuth=0.5, rcs=1.0)]
+    error: dict[bool, list[float]] = {False: [], True: []}
+    for k in range(10):
+        samples = simulate_sweeps(config, target, 8, [1, k])
+        for known in error:
+            scan = process(config, samples, calibration=ArrayCalibration(response) if known else None)
+            (i,) = np.flatnonzero(np.abs(scan.z[:, 0] - 40.0) < 1.0)
+            error[known].append(float((scan.z[i, 1] - 0.5) / np.sqrt(scan.R[i, 1, 1])))
+    assert abs(np.mean(error[False])) > 8.0
+    assert abs(np.mean(error[True])) < 3.5 / np.sqrt(10) and np.std(error[True]) < 2.0

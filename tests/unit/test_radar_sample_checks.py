@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from wideberth.errors import InputError
-from wideberth.sensors.radar.config import FixedPointConfig, ProcessingConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.link_budget import noise_power
+from wideberth.sensors.radar.processing.config import FixedPointConfig, ProcessingConfig
 from wideberth.sensors.radar.processing.fixed_point import converter_step, fixed_point_image, fixed_point_powers
 from wideberth.sensors.radar.processing.frame import process
 from wideberth.sensors.radar.processing.frame_powers import frame_image, frame_powers

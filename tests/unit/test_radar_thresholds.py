@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from tests.naive import radar_processing as naive
-from wideberth.sensors.radar.config import ProcessingConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.detection import threshold
+from wideberth.sensors.radar.processing.config import ProcessingConfig
 from wideberth.sensors.radar.processing.thresholds import (
     cell_averaging_level,
     exponential_multiplier,

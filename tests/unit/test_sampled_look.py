@@ -148,3 +148,19 @@ def test_what_cannot_be_simulated_is_left_out():
     velocities = np.array([[-300.0, 0.0, 0.0]] + [[0.0] * 3] * 3)
     z, variance = look.look(0.0, random, positions, velocities, np.ones(4))
     assert z.shape == variance.shape == (0, 4)
+
+
+def test_calibration_is_a_key():
+    uneven = {"channel_gain_spread_db": 1.0, "channel_phase_spread_deg": 60.0, "channel_coupling_db": -20.0}
+    place = np.array([[80.0, 10.0, -40.0], [math.nan] * 3])
+    off = {}
+    for known in (False, True):
+        sensor = radar(mount="ownship", calibrated=known, receiver=uneven, **SMALL)
+        (scan,) = sensor.sense(0.0, lambda t: (place, np.zeros((2, 3))), own())
+        line = place[0] - [0.0, 0.0, -50.0]
+        i = int(np.argmin(abs(scan.z[:, 0] - np.linalg.norm(line))))
+        angles = [math.atan2(line[1], line[0]), math.asin(-line[2] / np.linalg.norm(line))]
+        off[known] = float(np.linalg.norm(scan.z[i, 1:3] - angles))
+    assert off[True] < 0.2 * off[False]
+    with pytest.raises(ValidationError, match="calibrated is of level"):
+        SimulatedRadarConfig(calibrated=True)

@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from wideberth.frames import rotation_ned_body
 from wideberth.sensors.radar.config import SimulatedRadarConfig
-from wideberth.sensors.radar.coverage import scan_detection_probability
+from wideberth.sensors.radar.coverage import plot_probability
 from wideberth.sensors.radar.simulated import SimulatedRadar, stated_detection
 from wideberth.tracking.radar_kernels import to_position
 from wideberth.types import Ownship
@@ -159,9 +159,10 @@ def test_the_stated_detection_is_that_of_the_reference_aircraft():
         reference_rcs_m2=0.01, reference_closing_speed_mps=0.0, azimuth_beamwidth_deg=360.0, stated_probability_max=1.0,
         elevation_beamwidth_deg=360.0, azimuth_fov_deg=20.0, elevation_fov_deg=20.0,
     )  # fmt: skip
+    loss = config.plot_model.processing_loss_db
     model = stated_detection(config)
     assert model.ranges[0] == config.range_min_m and model.ranges[-1] == config.range_limit
-    assert np.allclose(model.probabilities, scan_detection_probability(model.ranges, 0.01, 0.0, config), atol=0.01)
+    assert np.allclose(model.probabilities, plot_probability(model.ranges, 0.01, 0.0, config, loss_db=loss), atol=0.01)
     capped = stated_detection(config.model_copy(update={"stated_probability_max": 0.5}))
     assert np.array_equal(capped.probabilities, np.minimum(model.probabilities, 0.5))
 

@@ -91,7 +91,7 @@ def noise(
     statistics.save(out)
     import numpy as np
 
-    from wideberth.sensors.radar.processing.averaging import window_noise_gain
+    from wideberth.sensors.radar.range_cells import window_noise_gain
 
     expected = noise_power(setup.radar) * window_noise_gain(setup.radar.processing.window)
     level = 10.0 * np.log10(np.maximum(np.median(statistics.power, axis=1), 1e-300) / expected)

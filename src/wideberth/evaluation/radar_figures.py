@@ -17,6 +17,7 @@ from wideberth.sensors.radar.processing.peak_interpolation import RangeSpread
 from wideberth.types import FloatArray
 
 _MOST_CELLS = 1500  # of a picture's axis; more are taken together by their largest
+_ANGLE_FLOOR_DB = 20.0
 _FLOOR_DB = 30.0  # below the strongest, where a picture's colours end
 
 
@@ -78,7 +79,7 @@ def threshold_figure(radar: RadarConfig, processed: Processed) -> Figure:
                   markersize=7, markerfacecolor="none", label="peak of a group")  # fmt: skip
         axes.set_xlabel("range, m")
         axes.set_ylabel("power, dBW")
-        axes.legend(ncols=4, loc="upper right")
+        axes.legend(ncols=4, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     return figure
 
 
@@ -118,6 +119,7 @@ def noise_figure(radar: RadarConfig, powers: FloatArray, looks: float, bin_numbe
         figure = new_figure(9.6, 2.9)
         axes = figure.add_subplot()
         middle = float(powers.mean())
+        axes.set_axisbelow(True)
         axes.hist(powers / middle, bins=min(60, max(8, len(powers) // 5)), density=True, color=FAINT, label="frames")
         x = np.linspace(0.0, max(2.0, float(powers.max() / middle)), 300)
         axes.plot(x, stats.gamma.pdf(x, looks, scale=1.0 / looks), color=OWNSHIP, label=f"Gamma, {looks:g} looks")
@@ -198,9 +200,10 @@ def _mvdr(radar: RadarConfig, matrix: NDArray[np.complex128]) -> FloatArray:
 
 def _angle_map(axes: Axes, grid: Any, spectrum: FloatArray, title: str) -> None:
     level = decibels(np.where(grid.seen, spectrum, np.nan))
-    top = float(np.nanmax(level))
+    level = level - float(np.nanmax(level))
     extent = (grid.right[0], grid.right[-1], grid.down[-1], grid.down[0])
-    axes.imshow(level, aspect="equal", extent=extent, vmin=top - 15.0, vmax=top, cmap="viridis")
+    drawn = axes.imshow(level, aspect="equal", extent=extent, vmin=-_ANGLE_FLOOR_DB, vmax=0.0, cmap="viridis")
+    axes.figure.colorbar(drawn, ax=axes, label="dB of the strongest")
     axes.set_title(title)
     axes.set_xlabel("direction cosine, right")
     axes.set_ylabel("down")
@@ -227,9 +230,11 @@ def spread_figure(offsets: FloatArray, spread: RangeSpread) -> Figure:
             (spread(offsets), "corrected (5.11)", (-0.5, 0.5)),
         )
         for axes, (values, title, limits) in zip(panels.ravel(), drawn, strict=True):
-            axes.hist(values, bins=40, range=limits, color=OWNSHIP)
+            axes.hist(values, bins=int(np.clip(len(offsets) // 8, 8, 40)), range=limits, color=OWNSHIP)
+            axes.set_axisbelow(True)
             axes.set_title(title)
             axes.set_xlabel("bins")
+            axes.set_ylabel("peaks")
     return figure
 
 

@@ -1,19 +1,19 @@
 """Traffic that an autopilot tells of: its own ADS-B receiver, and Remote ID."""
 
-import hashlib
+import dataclasses
 import math
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
 from wideberth.links.mavlink.dialect import mavlink
+from wideberth.links.remote_id import remote_id_report
 from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.types import SourceInfo
 
 _ECHO_S = 10.0  # how long an aircraft that we told of is not taken back
 _KEPT_MAX = 2000
 _AGE_MAX_S = 30
-_REMOTE_UNKNOWN_SPEED, _REMOTE_UNKNOWN_COURSE, _REMOTE_NO_ALTITUDE = 25500, 36100, -1000.0
 _EMITTERS = dict(enumerate(("A0", "A1", "A2", "A3", "A4", "A5", "A6", "A7", "B0", "B1", "B2", "B3", "B4")))
 _EMITTERS |= {14: "B6", 15: "B7", 17: "C1", 18: "C2", 19: "C3"}
 
@@ -110,31 +110,27 @@ class TrafficReports:
             # Without the sender's address it is the vehicle's own, on its way to be broadcast.
             self.counts["own Remote ID"] += 1
             return
-        latitude, longitude = message.latitude * 1e-7, message.longitude * 1e-7
-        if abs(latitude) > 90.0 or abs(longitude) > 180.0 or (latitude == 0.0 and longitude == 0.0):
+        # The address stays the sender's, whether or not the drone has said its identity yet.
+        report = remote_id_report(
+            t,
+            source.hex(),
+            status=message.status,
+            direction=message.direction,
+            speed_horizontal=message.speed_horizontal,
+            speed_vertical=message.speed_vertical,
+            latitude=message.latitude,
+            longitude=message.longitude,
+            altitude_barometric=message.altitude_barometric,
+            altitude_geodetic=message.altitude_geodetic,
+            horizontal_accuracy=message.horizontal_accuracy,
+            speed_accuracy=message.speed_accuracy,
+            timestamp=message.timestamp,
+        )
+        if report is None or math.isnan(report.latitude):
             self.counts["traffic without a position"] += 1
             return
-        north = east = math.nan
-        if message.speed_horizontal < _REMOTE_UNKNOWN_SPEED and message.direction < _REMOTE_UNKNOWN_COURSE:
-            speed, course = message.speed_horizontal * 1e-2, math.radians(message.direction * 1e-2)
-            north, east = speed * math.cos(course), speed * math.sin(course)
-        climb = message.speed_vertical * 1e-2
-        self._add(
-            AdsbReport(
-                t=t,
-                # No 24-bit address: a stable one is made of the sender's, marked as such.
-                address="~" + hashlib.sha256(source).hexdigest()[:6],
-                latitude=math.radians(latitude),
-                longitude=math.radians(longitude),
-                pressure_altitude=_known_altitude(message.altitude_barometric),
-                geometric_altitude=_known_altitude(message.altitude_geodetic),
-                velocity_north=north,
-                velocity_east=east,
-                climb_rate=climb if abs(climb) <= 62.0 else math.nan,
-                on_ground=message.status == mavlink.MAV_ODID_STATUS_GROUND,
-                info=SourceInfo(callsign=self._names.get(source.hex()), category="B6"),
-            )
-        )
+        info = dataclasses.replace(report.info, callsign=self._names.get(source.hex()))
+        self._add(dataclasses.replace(report, info=info))
 
 
 def text_of(value: Any) -> str:
@@ -148,7 +144,3 @@ def text_of(value: Any) -> str:
 
 def _bytes_of(value: Any) -> bytes:
     return bytes(value) if isinstance(value, bytes | bytearray) else bytes(int(v) & 0xFF for v in value)
-
-
-def _known_altitude(value: float) -> float:
-    return float(value) if math.isfinite(value) and value > _REMOTE_NO_ALTITUDE and value < 1e5 else math.nan

@@ -3,155 +3,15 @@
 import math
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, PositiveFloat, model_validator
+from pydantic import Field, model_validator
 
 from wideberth.part_config import PartConfig
+from wideberth.sensors.radar.processing.config import ProcessingConfig
+from wideberth.sensors.radar.sweeps.config import ReceiverConfig
 
 SPEED_OF_LIGHT = 299_792_458.0
 
 Azimuth = Annotated[float, Field(ge=-360.0, le=360.0)]
-
-
-class ReceiverConfig(PartConfig):
-    """What the receiver does to the echoes; by default nothing but adding noise.
-
-    Attributes
-    ----------
-    channel_coupling_db : float or None
-        Coupling of neighbouring channels (thesis, table 5.1: about -20); None: no channel hears another.
-    if_filter_order : int or None
-        Order of the Butterworth filter before the A/D converter; None: it passes the band of the beats unchanged, and
-        nothing else.
-    if_filter_cutoff_mhz : float or None
-        Where that filter is 3 dB down (if `sampling` is complex: its width, around the middle of the band); None: at
-        the edge of the band.
-    high_pass_khz : float or None
-        Where a first-order high-pass filter, against leakage and near clutter, is 3 dB down; None: there is none.
-    adc_bits : int or None
-        Of the A/D converter (two of them if `sampling` is complex); None: exact samples without limit.
-    noise_rms_lsb : float
-        The receiver's gain, as the noise of a sample (of each part if complex) in steps of the converter. At 2 rounding
-        adds 0.09 dB of noise, and 12 bits overflow at a tone 57 dB above the noise of a sample.
-    adc_offset_lsb : float
-        Constant error of the converter. With it overflow makes even harmonics, too.
-    leakage_db : float or None
-        Power of the transmitter that gets into each receiving channel directly, relative to all of it.
-    leakage_range_m : float
-        Half of the way that it takes.
-    """
-
-    channel_coupling_db: float | None = Field(default=None, ge=-200.0, le=-10.0)
-    if_filter_order: int | None = Field(default=None, ge=1, le=20)
-    if_filter_cutoff_mhz: float | None = Field(default=None, gt=0.0)
-    high_pass_khz: float | None = Field(default=None, gt=0.0)
-    adc_bits: int | None = Field(default=None, ge=2, le=24)
-    noise_rms_lsb: float = Field(default=2.0, gt=0.0)
-    adc_offset_lsb: float = 0.0
-    leakage_db: float | None = Field(default=None, ge=-300.0, le=0.0)
-    leakage_range_m: float = Field(default=0.3, gt=0.0)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if self.if_filter_cutoff_mhz is not None and self.if_filter_order is None:
-            raise ValueError("if_filter_cutoff_mhz needs an if_filter_order: without one the filter is ideal")
-        return self
-
-
-class FixedPointConfig(PartConfig):
-    """Word lengths of the signal processing in the thesis's gate array (5.2); the converter's are the receiver's.
-
-    Attributes
-    ----------
-    fft_bits, product_bits, sum_bits, output_bits : int
-        Of the spectrum (each part), of a power, of the sum of powers, and of what is handed on.
-    fft_shift_bits : int
-        Bits that are dropped below the spectrum's word: at 5 a step is 32 steps of the converter.
-    """
-
-    fft_bits: int = Field(default=16, ge=4, le=31)
-    product_bits: int = Field(default=32, ge=4, le=62)
-    sum_bits: int = Field(default=37, ge=4, le=62)
-    output_bits: int = Field(default=32, ge=4, le=62)
-    fft_shift_bits: int = Field(default=5, ge=0, le=24)
-
-
-class ProcessingConfig(PartConfig):
-    """How samples become plots.
-
-    Attributes
-    ----------
-    window : {"hann", "rectangular"}
-        Put to the sweeps for detection. With the rectangular one a target in the middle of a range bin fills that bin
-        alone, and the rule of two adjacent bins drops it.
-    threshold : {"gamma", "exponential", "ca_cfar", "os_cfar"}
-        From the noise's mean with the distribution of averaged powers or with that of a single one, as printed (4.4),
-        or from the bins around, by their mean or by one of them in order of power.
-    finite_noise_run : bool
-        Whether thresholds allow for how few samples the noise's mean comes from. As printed they do not.
-    false_alarm_probability_near, false_alarm_probability_far : float or None
-        Of bin 0 and of the last bin, by the quadratic law (5.5) between them; None: the radar's
-        `false_alarm_probability` everywhere.
-    cfar_cells, cfar_guard_cells : int
-        Bins on each side that a threshold is formed of, and those between them and the bin under test.
-    cfar_rank : float
-        Which of the bins in order of power, as a share of all of them.
-    group_bins : int
-        Adjacent bins over their thresholds that make a target (5.2: two).
-    estimator : {"maximum_likelihood", "printed"}
-        Of range, direction and range rate; printed: parabola and correction (5.6-5.8) for the range, the beam of
-        greatest power for the direction, no range rate.
-    range_spread : tuple of float or None
-        Rate, alpha and beta of the printed range correction (5.7-5.8), the thesis's by default;
-        `peak_interpolation.fit_range_spread` fits them. None: the parabola alone.
-    beamformer : {"conventional", "mvdr"}
-        Of the estimator.
-    range_rate_max_mps : float
-        Fastest opening or closing that plots are estimated for; more takes longer.
-    clutter_filter : {"none", "moving_target", "map"}
-        Against echoes that stand still: the mean over the frame's sweeps is taken out, or (by `RadarProcessor` alone)
-        noise is what a bin held in the frames before.
-    clutter_map_frames : float
-        Over how many frames a clutter map forgets.
-    fixed_point : FixedPointConfig or None
-        None: floating point.
-    max_plots : int
-        In a scan; the weakest beyond are dropped and counted.
-    noise_drift_db_per_sqrt_hour : float
-        By how much (1 sigma) the receiver's gain may wander from a noise run, in an hour.
-    clipped_share : float
-        A channel with more than this share of its samples at its greatest or least value is not used.
-    reference_rcs_m2 : float
-        Mean cross-section that a scan's probability of detection is given for (that of the aircraft of thesis 4.5).
-    """
-
-    window: Literal["hann", "rectangular"] = "hann"
-    threshold: Literal["gamma", "exponential", "ca_cfar", "os_cfar"] = "gamma"
-    finite_noise_run: bool = True
-    false_alarm_probability_near: float | None = Field(default=None, ge=1e-15, le=0.5)
-    false_alarm_probability_far: float | None = Field(default=None, ge=1e-15, le=0.5)
-    cfar_cells: int = Field(default=16, ge=1, le=512)
-    cfar_guard_cells: int = Field(default=3, ge=0, le=64)
-    cfar_rank: float = Field(default=0.75, gt=0.0, le=1.0)
-    group_bins: int = Field(default=2, ge=1, le=16)
-    estimator: Literal["maximum_likelihood", "printed"] = "maximum_likelihood"
-    range_spread: tuple[PositiveFloat, PositiveFloat, PositiveFloat] | None = (9.18, 0.6, 0.6)
-    beamformer: Literal["conventional", "mvdr"] = "conventional"
-    range_rate_max_mps: float = Field(default=50.0, gt=0.0, le=1000.0)
-    clutter_filter: Literal["none", "moving_target", "map"] = "none"
-    clutter_map_frames: float = Field(default=100.0, ge=2.0, le=1e6)
-    fixed_point: FixedPointConfig | None = None
-    max_plots: int = Field(default=64, ge=1, le=4096)
-    noise_drift_db_per_sqrt_hour: float = Field(default=0.1, ge=0.0, le=100.0)
-    clipped_share: float = Field(default=0.1, gt=0.0, le=1.0)
-    reference_rcs_m2: float = Field(default=0.1, gt=0.0)
-
-    @model_validator(mode="after")
-    def _consistent(self) -> Self:
-        if (self.false_alarm_probability_near is None) != (self.false_alarm_probability_far is None):
-            raise ValueError("false_alarm_probability_near and false_alarm_probability_far need each other")
-        if self.fixed_point is not None and self.clutter_filter == "moving_target":
-            raise ValueError("fixed_point has no moving-target filter: choose another clutter_filter")
-        return self
 
 
 class RadarConfig(PartConfig):
@@ -183,8 +43,9 @@ class RadarConfig(PartConfig):
     detect_on : {"channels", "beam"}
         What the threshold is put to: the mean power of the channels, as in the thesis (4.3), or the formed beam.
     migration_corrected : bool
-        Whether the averaging follows a target through the range bins. If not, as in the thesis, a target that crosses
-        several bins within the averaged sweeps leaves only a share of its power in each.
+        Whether the averaging for detection follows targets through the range bins: a joint search over range and range
+        rates up to `processing.range_rate_max_mps`. If not, as in the thesis, a target that crosses several bins within
+        the averaged sweeps leaves only a share of its power in each. Estimates follow it in any case.
     update_interval_s : float
         Time from one scan to the next.
     range_min_m : float
@@ -332,25 +193,31 @@ class PlotModelConfig(PartConfig):
     Attributes
     ----------
     processing_loss_db : float
-        What a target loses beside the link budget: windows, range bins straddled, imperfect beams.
+        What a target loses beside the link budget and beside what `range_cells` says of window, range bins straddled
+        and crossed: negative, as noise that neighbours share makes groups likelier. Fitted, as all defaults but the
+        floors (docs/results/plot_model.md).
     range_error_factor, direction_error_factor, range_rate_error_factor : float
         Standard deviations in terms of the Cramer-Rao bounds.
     range_floor_bins, direction_floor_beamwidths, range_rate_floor_bins : float
         Standard deviations that no signal-to-noise ratio improves on, in range bins, half-power beamwidths of the array
-        and Doppler bins; added in squares.
+        and Doppler bins; added in squares. They stand for the extent of an aircraft and for the pose of the array:
+        the processing has none (below a hundredth of each).
     range_bias_bins : float
         Added to all ranges.
     range_doppler_share : float
         Share of the coupling of range and Doppler that the radar leaves in its ranges (errata, "Radar").
     grazing_limit_deg : float
         Direction errors grow with the angle from boresight, as the array looks narrower, up to this angle.
-    resolution_bins, resolution_beamwidths : float
-        Two aircraft nearer to each other than both give one plot.
+    resolution_bins, resolution_beamwidths : float or None
+        Two aircraft nearer to each other than both give one plot, but for 40 % either way, which differ from look to
+        look. None: as the beamformer of `processing` does. The conventional one resolves in
+        range alone.
     false_alarm_factor : float
-        Factor on `false_alarm_probability`: how many false plots a range bin really gives.
+        Factor on what `range_cells.false_plot_probability` makes of `false_alarm_probability`: how many false plots a
+        range bin really gives.
     """
 
-    processing_loss_db: float = Field(default=0.0, ge=0.0, le=100.0)
+    processing_loss_db: float = Field(default=-0.4, ge=-3.0, le=100.0)
     range_error_factor: float = Field(default=1.0, ge=0.0, le=1000.0)
     direction_error_factor: float = Field(default=1.0, ge=0.0, le=1000.0)
     range_rate_error_factor: float = Field(default=1.0, ge=0.0, le=1000.0)
@@ -360,8 +227,8 @@ class PlotModelConfig(PartConfig):
     range_bias_bins: float = Field(default=0.0, ge=-1000.0, le=1000.0)
     range_doppler_share: float = Field(default=0.0, ge=-1.0, le=1.0)
     grazing_limit_deg: float = Field(default=80.0, gt=0.0, lt=90.0)
-    resolution_bins: float = Field(default=1.5, ge=0.0, le=1000.0)
-    resolution_beamwidths: float = Field(default=1.0, ge=0.0, le=100.0)
+    resolution_bins: float | None = Field(default=None, ge=0.0, le=1000.0)
+    resolution_beamwidths: float | None = Field(default=None, ge=0.0, le=100.0)
     false_alarm_factor: float = Field(default=1.0, ge=0.0, le=10.0)
 
 
@@ -377,6 +244,9 @@ class SimulatedRadarConfig(RadarConfig):
     noise_run_frames : int
         With `level` "samples": frames without targets of which the noise is measured before the start; 0: it is the
         link budget's, which a receiver with a filter or a converter departs from.
+    calibrated : bool
+        With `level` "samples": whether the processing knows how the channels couple and differ. What it does not know
+        biases the directions.
     mount : {"ground", "ownship"}
         Where it stands: on the ground it sees the ownship as well; on the ownship it turns with it.
     north_m, east_m, altitude_m : float
@@ -405,6 +275,7 @@ pose_error_roll_deg : float
 
     level: Literal["plots", "samples"] = "plots"
     noise_run_frames: int = Field(default=0, ge=0, le=100_000)
+    calibrated: bool = False
     mount: Literal["ground", "ownship"] = "ground"
     north_m: float = 0.0
     east_m: float = 0.0
@@ -437,6 +308,8 @@ pose_error_roll_deg : float
             raise ValueError("azimuth_beamwidth_deg and elevation_beamwidth_deg: give 360 for an element that sees all")
         if self.noise_run_frames and self.level == "plots":
             raise ValueError('noise_run_frames is of level = "samples": leave it out')
+        if self.calibrated and self.level == "plots":
+            raise ValueError('calibrated is of level = "samples": leave it out')
         if self.mount == "ownship" and (self.north_m, self.east_m, self.altitude_m) != (0.0, 0.0, 0.0):
             raise ValueError('north_m, east_m and altitude_m are of mount = "ground": leave them out')
         if self.silent_until_s is not None:

@@ -1,7 +1,10 @@
 """How far a radar holds confirmed tracks, by direction and by how fast the target closes."""
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import stats
 
 from wideberth.argument_checks import FINITE, POSITIVE, UNSURE, FloatArray, checked
 from wideberth.sensors.confirmation import confirmation_range
@@ -14,8 +17,13 @@ from wideberth.sensors.radar.link_budget import (
     migration_loss_db,
     snr_db,
 )
+from wideberth.sensors.radar.processing.thresholds import per_cell
+from wideberth.sensors.radar.range_cells import bin_shares, cells_searched, group_probability
 
 _TARGETS_AT_ONCE = 200
+_RATIOS_DB = np.linspace(-150.0, 250.0, 2001)
+_QUANTILES = (np.arange(128) + 0.5) / 128.0  # of a fluctuating cross-section
+_OFFSETS = (np.arange(8) + 0.5) / 8.0 - 0.5  # of targets from the middle of their bin
 
 
 def looks_and_gain_db(config: RadarConfig) -> tuple[int, float]:
@@ -81,6 +89,80 @@ def scan_detection_probability(
     if config.snr_threshold_db is not None:
         return np.where(received + gain + averaging_gain_db(looks) >= config.snr_threshold_db, 1.0, 0.0)
     return detection_probability(received + gain, config.false_alarm_probability, config.swerling, looks=looks)
+
+
+def plot_probability(
+    range_m: ArrayLike,
+    rcs_m2: ArrayLike,
+    range_rate: float,
+    config: RadarConfig,
+    *,
+    azimuth: ArrayLike = 0.0,
+    elevation: ArrayLike = 0.0,
+    p_fa: ArrayLike | None = None,
+    loss_db: float = 0.0,
+) -> FloatArray:
+    """Return the probability that one scan holds a plot of a target, the mean over its places in a range bin.
+
+    With the window, the adjacent bins that a plot needs and those that the target crosses in the frame
+    (`range_cells.bin_shares`), and the cells of each bin. CFAR losses are left out.
+
+    Parameters
+    ----------
+    range_m, rcs_m2 : array_like
+        Distance, m, and mean cross-section, m2. The arrays broadcast.
+    range_rate : float
+        m/s.
+    config : RadarConfig
+    azimuth, elevation : array_like
+        From boresight, rad.
+    p_fa : array_like, optional
+        False alarm probabilities of the bins; the radar's where not given.
+    loss_db : float
+        More loss.
+
+    Returns
+    -------
+    ndarray
+
+    Raises
+    ------
+    ValueError
+        If a range or cross-section is not finite and positive, a probability not inside 0 to 1, or another value not
+        finite.
+    """
+    rate = float(checked("range_rate", range_rate, FINITE))
+    received = snr_db(range_m, rcs_m2, config, azimuth=azimuth, elevation=elevation) - loss_db
+    if config.snr_threshold_db is not None:
+        return np.interp(received, *_plot_curve(config, rate, 0.0))
+    alarms = config.false_alarm_probability if p_fa is None else checked("p_fa", p_fa, UNSURE)
+    received, of_bin = np.broadcast_arrays(received, alarms)
+    found = np.empty(received.shape)
+    for p in np.unique(of_bin):
+        found[of_bin == p] = np.interp(received[of_bin == p], *_plot_curve(config, rate, float(p)))
+    return found
+
+
+@lru_cache(maxsize=256)
+def _plot_curve(config: RadarConfig, range_rate: float, p_fa: float) -> tuple[FloatArray, FloatArray]:
+    """Return signal-to-noise ratios of one channel and sweep, dB, and with which probability they make a plot."""
+    looks, gain = looks_and_gain_db(config)
+    in_bins = (
+        _RATIOS_DB[:, None, None] + gain + 10.0 * np.log10(np.maximum(bin_shares(config, _OFFSETS, range_rate), 1e-15))
+    )
+    if config.snr_threshold_db is not None:
+        over = (in_bins + averaging_gain_db(looks) >= config.snr_threshold_db).astype(np.float64)
+        return _RATIOS_DB, group_probability(over, config.processing.group_bins).mean(axis=-1)
+    of_cell = float(per_cell(p_fa, cells_searched(config, config.averages)))
+    steady = np.interp(in_bins, _RATIOS_DB, detection_probability(_RATIOS_DB, of_cell, 0, looks=looks))
+    found = group_probability(steady, config.processing.group_bins).mean(axis=-1)
+    if config.swerling:
+        # All bins have the same cross-section: the mean over it comes last.
+        drawn = stats.gamma(1.0 if config.swerling == 1 else 2.0).ppf(_QUANTILES) / (
+            1.0 if config.swerling == 1 else 2.0
+        )
+        found = np.interp(_RATIOS_DB[:, None] + 10.0 * np.log10(drawn), _RATIOS_DB, found).mean(axis=-1)
+    return _RATIOS_DB, found
 
 
 def detection_range(

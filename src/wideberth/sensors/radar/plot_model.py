@@ -1,8 +1,9 @@
 """A radar's plots straight from true geometry: what detection, errors, resolution and false alarms make of it.
 
 No signal is made. A target's echo has the signal-to-noise ratio of the link budget with a cross-section drawn for this
-look; the mean power that the threshold is put to is drawn with it, so that detection has exactly the probability of
-`coverage.scan_detection_probability`; and the errors follow from the same ratio.
+look. The mean powers that the thresholds of the bins around it are put to are drawn with what `range_cells.bin_shares`
+leaves of it in each, so that detection has the probability of `coverage.plot_probability`; the errors follow from the
+whole of it, as the processing uses all bins.
 
 Errors are Cramer-Rao bounds times factors, with floors in squares. With S the ratio after all processing (channels
 times averages times that of one channel and sweep), the frequency of a tone over N samples is known to
@@ -19,7 +20,15 @@ from numpy.typing import NDArray
 from wideberth.sensors.radar.config import SimulatedRadarConfig
 from wideberth.sensors.radar.coverage import looks_and_gain_db
 from wideberth.sensors.radar.detection import threshold
-from wideberth.sensors.radar.link_budget import averaging_gain_db, migration_loss_db, pattern_loss_db, snr_db
+from wideberth.sensors.radar.link_budget import averaging_gain_db, pattern_loss_db, snr_db
+from wideberth.sensors.radar.processing.thresholds import per_cell
+from wideberth.sensors.radar.range_cells import (
+    beat_bins,
+    bin_shares,
+    cells_searched,
+    false_plot_probability,
+    group_probability,
+)
 
 FloatArray = NDArray[np.float64]
 
@@ -28,6 +37,15 @@ TONE_BINS = math.sqrt(6.0) / (2.0 * math.pi)
 
 HALF_POWER_WIDTH = 0.886
 """Half-power beamwidth of an array, in direction cosine, in terms of wavelength over length."""
+
+_RESOLUTION = {"conventional": (1.6, math.inf), "mvdr": (0.5, 0.6)}
+"""Range bins and beamwidths within which two aircraft give one plot, fitted (docs/results/plot_model.md)."""
+
+_DOPPLER_RESOLUTION = {"conventional": math.inf, "mvdr": 1.0}
+"""Doppler bins within which they do, besides."""
+
+_SHARPNESS = 0.4
+"""Part of the resolution by which looks differ, either way."""
 
 _LEAST_RATIO = 1.0
 """Below this ratio after processing errors do not grow: the plot is then anywhere in its cell."""
@@ -53,12 +71,14 @@ class PlotModel:
         self._gain = 10.0 ** (gain_db / 10.0)
         self._sums = config.channels * config.averages
         # A whole radar's budget on boresight; distance, cross-section, direction and speed are what changes.
-        self._snr_at_a_metre_db = float(snr_db(1.0, 1.0, config)) - self._model.processing_loss_db
+        self._snr_at_a_metre_db = float(snr_db(1.0, 1.0, config))
+        self._kept = 10.0 ** (-self._model.processing_loss_db / 10.0)
         first, last = config.range_min_m / config.range_bin, config.range_limit / config.range_bin
         self._bins = np.arange(math.ceil(first), math.floor(last) + 1)
         if config.snr_threshold_db is None:
-            self._level = float(threshold(config.false_alarm_probability, self._looks))
-            self._p_fa = min(1.0, config.false_alarm_probability * self._model.false_alarm_factor)
+            self._p_cell = float(per_cell(config.false_alarm_probability, cells_searched(config, config.averages)))
+            self._level = float(threshold(self._p_cell, self._looks))
+            self._p_fa = min(1.0, false_plot_probability(config) * self._model.false_alarm_factor)
         else:
             self._level = 10.0 ** ((config.snr_threshold_db - float(averaging_gain_db(self._looks))) / 10.0)
             self._p_fa = 0.0
@@ -68,7 +88,13 @@ class PlotModel:
         self._cosine_bounds = [
             math.sqrt(6.0 / (n * n - 1.0)) / (2.0 * math.pi * spacing) if n > 1 else math.inf for n in elements
         ]
+        bins, widths = _RESOLUTION[config.processing.beamformer]
+        self._resolution = (
+            bins if self._model.resolution_bins is None else self._model.resolution_bins,
+            widths if self._model.resolution_beamwidths is None else self._model.resolution_beamwidths,
+        )
         self._doppler_bin = config.wavelength / (2.0 * config.averages * config.sweep_interval)
+        self._rate_resolution = _DOPPLER_RESOLUTION[config.processing.beamformer] * self._doppler_bin
         slope = config.bandwidth_mhz * 1e6 / (config.sweep_time_ms * 1e-3)
         self._coupling = self._model.range_doppler_share * config.carrier_frequency_ghz * 1e9 / slope
 
@@ -102,9 +128,9 @@ class PlotModel:
         # Drawn for all aircraft, seen or not, so that one does not change the noise of another.
         fluctuation, noise = self._fluctuation(random, len(positions)), random.standard_normal((len(positions), 4))
         seen = np.flatnonzero(self.visible(positions))
-        snr = self.ratio(positions[seen], range_rates[seen], rcs_m2[seen]) * fluctuation[seen]
-        leader, place, rate, snr = self._merged(seen, positions[seen], range_rates[seen], snr)
-        hit = self._exceeds(random, snr)
+        snr = self.ratio(positions[seen], rcs_m2[seen]) * fluctuation[seen]
+        leader, place, rate, snr = self._merged(random, seen, positions[seen], range_rates[seen], snr)
+        hit = self._detected(random, place, rate, snr)
         false, false_rate, false_total = self._false_echoes(random, burst, self._p_fa)
         places, rates = np.concatenate([place[hit], false]), np.concatenate([rate[hit], false_rate])
         totals = np.concatenate([self._sums * snr[hit], false_total])
@@ -127,15 +153,13 @@ class PlotModel:
         inside = (distance >= c.range_min_m) & (distance <= c.range_limit)
         return inside & (np.abs(azimuth) <= self.field_of_view[0]) & (np.abs(elevation) <= self.field_of_view[1])
 
-    def ratio(self, positions: FloatArray, range_rates: FloatArray, rcs_m2: FloatArray) -> FloatArray:
-        """Return mean signal-to-noise ratios of one channel and sweep, all losses taken off.
+    def ratio(self, positions: FloatArray, rcs_m2: FloatArray) -> FloatArray:
+        """Return mean signal-to-noise ratios of echoes in one channel and sweep.
 
         Parameters
         ----------
         positions : ndarray, shape (k, 3)
             In the sensor's axes, m.
-        range_rates : ndarray, shape (k,)
-            m/s.
         rcs_m2 : ndarray, shape (k,)
 
         Returns
@@ -143,9 +167,8 @@ class PlotModel:
         ndarray, shape (k,)
         """
         distance, azimuth, elevation = polar(positions)
-        lost = 2.0 * pattern_loss_db(azimuth, elevation, self._config) + migration_loss_db(range_rates, self._config)
-        ratio = 10.0 ** ((self._snr_at_a_metre_db - lost) / 10.0) * rcs_m2 / distance**4
-        return np.asarray(ratio)
+        lost = 2.0 * pattern_loss_db(azimuth, elevation, self._config)
+        return np.asarray(10.0 ** ((self._snr_at_a_metre_db - lost) / 10.0) * rcs_m2 / distance**4)
 
     def sigmas(self, positions: FloatArray, total: FloatArray) -> FloatArray:
         """Return the standard deviations of plots.
@@ -191,29 +214,43 @@ class PlotModel:
             return random.standard_exponential(k)
         return 0.5 * random.standard_gamma(2.0, k)
 
-    def _exceeds(self, random: np.random.Generator, snr: FloatArray) -> NDArray[np.bool_]:
-        """Draw whether the mean power of the looks exceeds the threshold; a fixed one takes the ratio as it is."""
-        if self._config.snr_threshold_db is not None:
-            return np.asarray(snr * self._gain >= self._level)
-        freedom = 2.0 * self._looks
-        power = random.noncentral_chisquare(freedom, freedom * self._gain * snr) / freedom
-        return np.asarray(power >= self._level)
+    def _detected(
+        self, random: np.random.Generator, places: FloatArray, rates: FloatArray, snr: FloatArray
+    ) -> NDArray[np.bool_]:
+        """Draw whether adjacent bins exceed their thresholds; a fixed threshold takes the ratios as they are."""
+        if not len(snr):
+            return np.zeros(0, np.bool_)
+        beat = beat_bins(self._config, np.sqrt((places**2).sum(axis=1)), rates)
+        power = self._gain * self._kept * snr[:, None] * bin_shares(self._config, beat, rates)
+        if self._config.snr_threshold_db is None:
+            freedom = 2.0 * self._looks
+            power = random.noncentral_chisquare(freedom, freedom * power) / freedom
+        over = (power >= self._level).astype(np.float64)
+        return np.asarray(group_probability(over, self._config.processing.group_bins) > 0.5)
 
     def _merged(
-        self, index: NDArray[np.int64], places: FloatArray, rates: FloatArray, snr: FloatArray
+        self,
+        random: np.random.Generator,
+        index: NDArray[np.int64],
+        places: FloatArray,
+        rates: FloatArray,
+        snr: FloatArray,
     ) -> tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]:
         """Return aircraft with those that one cell holds made one: powers added, places and rates weighted by them."""
         distance = np.linalg.norm(places, axis=1)
-        apart = self._model.resolution_bins * self._config.range_bin
+        # Phases and places within bins make one look resolve what another does not.
+        blur = 1.0 + _SHARPNESS * (2.0 * random.random() - 1.0)
+        apart = self._resolution[0] * blur * self._config.range_bin
         if len(index) < 2 or np.diff(np.sort(distance)).min() >= apart:
             return index, places, rates, snr
         cosines = places[:, 1:] / distance[:, None]
-        widths = self._model.resolution_beamwidths * np.array(self._beamwidths)
+        widths = self._resolution[1] * blur * np.array(self._beamwidths)
         rest = np.argsort(-snr)
         groups = []
         while len(rest):
             near = np.abs(distance[rest] - distance[rest[0]]) < apart
             near &= (np.abs(cosines[rest] - cosines[rest[0]]) < widths).all(axis=1)
+            near &= np.abs(rates[rest] - rates[rest[0]]) < self._rate_resolution
             near[0] = True
             groups.append(rest[near])
             rest = rest[~near]
@@ -262,7 +299,7 @@ class PlotModel:
         # A false alarm's power is that of noise beyond the threshold, a burst's just at it.
         excess = np.full(n, max(self._level - 1.0, 0.0))
         if len(alarms):
-            p = c.false_alarm_probability * (1.0 - random.random(len(alarms)))
+            p = self._p_cell * (1.0 - random.random(len(alarms)))
             excess[: len(alarms)] = threshold(p, self._looks) - 1.0
         azimuth, elevation = even_directions(random, n, self.field_of_view)
         level = np.cos(elevation)

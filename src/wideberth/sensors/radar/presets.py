@@ -1,6 +1,7 @@
 """Radars of the thesis, by name."""
 
-from wideberth.sensors.radar.config import RadarConfig, ReceiverConfig
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.sweeps.config import ReceiverConfig
 
 _RECEIVER = ReceiverConfig(channel_coupling_db=-20.0, adc_bits=12)
 

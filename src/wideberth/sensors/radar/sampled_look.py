@@ -8,12 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.sensors.radar.config import RadarConfig, SimulatedRadarConfig
+from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.plot_model import FloatArray, PlotModel, polar
 from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics, noise_statistics
 from wideberth.sensors.radar.processing.radar_processor import RadarProcessor
 from wideberth.sensors.radar.sweeps.fluctuation import draw_fluctuation
 from wideberth.sensors.radar.sweeps.paths import RadarTarget
-from wideberth.sensors.radar.sweeps.receiver import Samples
+from wideberth.sensors.radar.sweeps.receiver import Samples, channel_response
 from wideberth.sensors.radar.sweeps.simulate import simulate_frames, simulate_sweeps
 
 _NOISE_SEED = 400
@@ -42,6 +43,7 @@ class SampledLook:
         self._config, self._model = config, model
         noise = measured_noise(config, config.noise_run_frames) if config.noise_run_frames else None
         self._name, self._noise = name, noise
+        self._calibration = ArrayCalibration(channel_response(config)) if config.calibrated else None
         self._processor: RadarProcessor | None = None
         self.state = "ok"
 
@@ -111,7 +113,7 @@ class SampledLook:
         """
         if self._processor is None:
             noise = self._noise and self._noise.dated(t)
-            self._processor = RadarProcessor(self._config, noise, sensor=self._name)
+            self._processor = RadarProcessor(self._config, noise, sensor=self._name, calibration=self._calibration)
         scan = self._processor.step(t, self.samples(random, positions, velocities, rcs_m2))
         z, variance = np.empty((0, 4)), np.empty((0, 4))
         if scan is not None:

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from wideberth.argument_checks import POSITIVE, checked
 from wideberth.frames import rotation_ned_body
-from wideberth.sensors.radar.config import RadarConfig, SimulatedRadarConfig
-from wideberth.sensors.radar.coverage import scan_detection_probability
+from wideberth.sensors.radar.config import SimulatedRadarConfig
+from wideberth.sensors.radar.coverage import plot_probability
 from wideberth.sensors.radar.plot_model import PlotModel
 from wideberth.sensors.radar.sampled_look import SampledLook
 from wideberth.sensors.radar.sweeps.receiver import Samples
@@ -279,20 +279,18 @@ def stated_detection(config: SimulatedRadarConfig) -> DetectionModel:
     -------
     DetectionModel
     """
-    lossy: RadarConfig = config.model_copy(
-        update={"losses_db": config.losses_db + config.plot_model.processing_loss_db}
-    )
     ranges = np.linspace(config.range_min_m, config.range_limit, _RANGES)
     # Even in solid angle, the middles of a grid; the field of view is symmetric.
     part = (np.arange(8) + 0.5) / 8.0
     azimuth = 0.5 * math.radians(config.azimuth_fov_deg) * part
     elevation = np.arcsin(math.sin(0.5 * math.radians(config.elevation_fov_deg)) * part)
-    p = scan_detection_probability(
+    p = plot_probability(
         ranges[:, None, None],
         config.reference_rcs_m2,
-        config.reference_closing_speed_mps,
-        lossy,
+        -config.reference_closing_speed_mps,
+        config,
         azimuth=azimuth[:, None],
         elevation=elevation,
+        loss_db=config.plot_model.processing_loss_db,
     )
     return DetectionModel(ranges, np.minimum(p.mean(axis=(1, 2)), config.stated_probability_max))

@@ -26,12 +26,14 @@ def fit_direction(
     down: float,
     iterations: int,
     fit: FloatArray,
+    wave: ComplexArray,
 ) -> None:
     """Climb from a start to the direction that explains most of the channels' amplitudes `h`, of unit noise.
 
     The channels answer a wave of phases a with `response` @ a; `places` (channels, 2) are right and down, in
     wavelengths.
     A cosine along which the array has no extent stays. `fit` (DIRECTION); information per unit noise of `h`.
+    `wave` (channels,): what the channels answer a wave from there.
     """
     n = h.shape[0]
     a = np.empty((3, n), dtype=np.complex128)
@@ -67,6 +69,23 @@ def fit_direction(
             break
     fit[0], fit[1], fit[2] = right, down, sums[0]
     fit[3], fit[4], fit[5] = 2.0 * sums[1], 2.0 * sums[2], 2.0 * sums[3]
+    for c in range(n):
+        wave[c] = e[0, c]
+
+
+@jit
+def answer(response: ComplexArray, places: FloatArray, right: float, down: float, wave: ComplexArray) -> None:
+    """Fill `wave` (channels,) with what the channels answer a wave from a direction."""
+    n = places.shape[0]
+    a = np.empty(n, dtype=np.complex128)
+    for c in range(n):
+        angle = -2.0 * math.pi * (right * places[c, 0] + down * places[c, 1])
+        a[c] = complex(math.cos(angle), math.sin(angle))
+    for c in range(n):
+        total = 0j
+        for d in range(n):
+            total += response[c, d] * a[d]
+        wave[c] = total
 
 
 @jit
@@ -134,6 +153,6 @@ def _step(sums: FloatArray) -> tuple[float, float]:
 def warmup() -> None:
     """Compile what Python calls."""
     h = np.ones(2, dtype=np.complex128)
-    fit_direction(
-        h, np.eye(2, dtype=np.complex128), np.array([[-0.25, 0.0], [0.25, 0.0]]), 0.0, 0.0, 1, np.zeros(DIRECTION)
-    )
+    response, places = np.eye(2, dtype=np.complex128), np.array([[-0.25, 0.0], [0.25, 0.0]])
+    fit_direction(h, response, places, 0.0, 0.0, 1, np.zeros(DIRECTION), h.copy())
+    answer(response, places, 0.0, 0.0, h)

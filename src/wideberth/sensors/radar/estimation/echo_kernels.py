@@ -14,7 +14,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth._jit import jit_uncounted
+from wideberth._jit import jit, jit_uncounted
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -22,8 +22,13 @@ ComplexArray = NDArray[np.complex128]
 WAVEFORM = 9
 CORRELATIONS = 14
 
+CELLS = 4
+"""Numbers of a cell of a sweep: a bin's response and its slope, real and imaginary parts."""
+
 _ORDERS = 10
 _TERMS = 10
+_NEAR = 2.0  # of pi delta, below which the series stand and beyond which the recurrence does
+_FAR = 12.0  # bins, from which on only the ends of the sweep count
 
 
 def _series() -> FloatArray:
@@ -49,36 +54,83 @@ def _horner(n: int, y: float) -> float:
 
 
 @jit_uncounted
+def _with_chirp(
+    f0: float,
+    f1: float,
+    f2: float,
+    f3: float,
+    f4: float,
+    f5: float,
+    f6: float,
+    f7: float,
+    f8: float,
+    f9: float,
+    t: float,
+) -> tuple[float, float, float, float]:
+    t2, t3, t4 = t * t / 2.0, t * t * t / 6.0, t * t * t * t / 24.0
+    return (
+        f0 - t2 * f4 + t4 * f8,
+        t3 * f6 - t * f2,
+        math.pi * (f1 - t2 * f5 + t4 * f9),
+        math.pi * (t3 * f7 - t * f3),
+    )
+
+
+@jit_uncounted
+def _near_response(x: float, t: float) -> tuple[float, float, float, float]:
+    y = x * x
+    f0, f2, f4, f6, f8 = _horner(0, y), _horner(2, y), _horner(4, y), _horner(6, y), _horner(8, y)
+    f1, f3, f5 = x * _horner(1, y), x * _horner(3, y), x * _horner(5, y)
+    f7, f9 = x * _horner(7, y), x * _horner(9, y)
+    return _with_chirp(f0, f1, f2, f3, f4, f5, f6, f7, f8, f9, t)
+
+
+@jit_uncounted
+def _middling_response(x: float, sine: float, cosine: float, t: float) -> tuple[float, float, float, float]:
+    # x f(n+2) + (n+2) f(n+1) + x f(n) + n f(n-1) = 0
+    r = 1.0 / x
+    f0 = sine * r
+    f1 = (cosine - f0) * r
+    f2 = -f0 - 2.0 * f1 * r
+    f3 = -f1 - (3.0 * f2 + f0) * r
+    f4 = -f2 - (4.0 * f3 + 2.0 * f1) * r
+    f5 = -f3 - (5.0 * f4 + 3.0 * f2) * r
+    f6 = -f4 - (6.0 * f5 + 4.0 * f3) * r
+    f7 = -f5 - (7.0 * f6 + 5.0 * f4) * r
+    f8 = -f6 - (8.0 * f7 + 6.0 * f5) * r
+    f9 = -f7 - (9.0 * f8 + 7.0 * f6) * r
+    return _with_chirp(f0, f1, f2, f3, f4, f5, f6, f7, f8, f9, t)
+
+
+@jit_uncounted
 def bin_response(delta: float, sine: float, cosine: float, q: float) -> tuple[complex, complex]:
     """Return D(delta; q), the integral of exp(2 pi i (delta s + q s^2)) over s from -1/2 to 1/2, and its slope.
 
     `sine` and `cosine` are those of pi delta. A chirp takes derivatives of sin(x)/x, two for each order of q; to the
     fourth order, D is right to 4e-5 for q up to 0.35 (51 m/s with table 5.1), and to 1e-3 for twice that.
     """
-    x = math.pi * delta
-    if abs(x) < 2.0:
-        y = x * x
-        f0, f2, f4, f6, f8 = _horner(0, y), _horner(2, y), _horner(4, y), _horner(6, y), _horner(8, y)
-        f1, f3, f5 = x * _horner(1, y), x * _horner(3, y), x * _horner(5, y)
-        f7, f9 = x * _horner(7, y), x * _horner(9, y)
+    x, t = math.pi * delta, 0.5 * math.pi * q
+    if abs(x) < _NEAR:
+        a, b, c, d = _near_response(x, t)
     else:
-        # x f(n+2) + (n+2) f(n+1) + x f(n) + n f(n-1) = 0
-        r = 1.0 / x
-        f0 = sine * r
-        f1 = (cosine - f0) * r
-        f2 = -f0 - 2.0 * f1 * r
-        f3 = -f1 - (3.0 * f2 + f0) * r
-        f4 = -f2 - (4.0 * f3 + 2.0 * f1) * r
-        f5 = -f3 - (5.0 * f4 + 3.0 * f2) * r
-        f6 = -f4 - (6.0 * f5 + 4.0 * f3) * r
-        f7 = -f5 - (7.0 * f6 + 5.0 * f4) * r
-        f8 = -f6 - (8.0 * f7 + 6.0 * f5) * r
-        f9 = -f7 - (9.0 * f8 + 7.0 * f6) * r
+        a, b, c, d = _middling_response(x, sine, cosine, t)
+    return complex(a, b), complex(c, d)
+
+
+@jit_uncounted
+def _bin_responses(delta: float, sine: float, cosine: float, q: float, n: int, cells: FloatArray) -> None:
+    """Fill the first `n` of `cells` (CELLS, n or more) with the responses of bins one after the other, from `delta` on.
+
+    As `bin_response` gives them; a plain loop, for the compiler to take several bins at once.
+    """
     t = 0.5 * math.pi * q
-    t2, t3, t4 = t * t / 2.0, t * t * t / 6.0, t * t * t * t / 24.0
-    value = complex(f0 - t2 * f4 + t4 * f8, t3 * f6 - t * f2)
-    slope = complex(math.pi * (f1 - t2 * f5 + t4 * f9), math.pi * (t3 * f7 - t * f3))
-    return value, slope
+    for i in range(n):
+        sign = 1.0 - 2.0 * (i % 2)
+        cells[0, i], cells[1, i], cells[2, i], cells[3, i] = _middling_response(
+            math.pi * (delta - i), sign * sine, sign * cosine, t
+        )
+    for i in range(max(math.ceil(delta - _NEAR / math.pi), 0), min(math.floor(delta + _NEAR / math.pi) + 1, n)):
+        cells[0, i], cells[1, i], cells[2, i], cells[3, i] = _near_response(math.pi * (delta - i), t)
 
 
 @jit_uncounted
@@ -120,26 +172,156 @@ def sums_of_channels(
                 sums[k, c] += weight * x[k, c, b - first]
 
 
+@jit
+def remove_echoes(x: ComplexArray, first: int, waveform: FloatArray, paths: FloatArray, channels: ComplexArray) -> None:
+    """Subtract echoes of distances and rates `paths` (n, 2) with amplitudes `channels` (n, C) from all bins of `x`.
+
+    `x` is (sweeps, channels, bins from `first` on).
+    """
+    parts, turns = np.empty((2, x.shape[2])), np.empty((2, x.shape[2]))
+    _bin_turns(waveform, turns)
+    for e in range(paths.shape[0]):
+        _remove(x, first, waveform, paths[e, 0], paths[e, 1], channels[e], turns, parts)
+
+
+@jit
+def remove_others(
+    x: ComplexArray,
+    first: int,
+    at: int,
+    reach: int,
+    waveform: FloatArray,
+    paths: FloatArray,
+    heard: ComplexArray,
+    modelled: ComplexArray,
+    kinds: NDArray[np.int64],
+    scale: FloatArray,
+    mirrored: bool,
+    least: float,
+) -> float:
+    """Subtract known echoes from the samples `x` around bin `at` where they leave an energy of `least` there.
+
+    Parameters
+    ----------
+    x : ndarray of complex, shape (sweeps, channels, bins from `first` on)
+        Samples over `scale`.
+    first, at, reach : int
+        The bins of interest are those within `reach` of `at`.
+    waveform : ndarray
+    paths : ndarray, shape (n, 2)
+        Distances and range rates.
+    heard, modelled : ndarray of complex, shape (n, channels)
+        Amplitudes as measured, and those of a wave from the echo's direction.
+    kinds : ndarray of int, shape (n,)
+        0: take out the amplitudes that were heard. 1: those that are modelled. 2: this is the echo at `at` itself, of
+        which only the mirror image goes.
+    scale : ndarray, shape (channels,)
+    mirrored : bool
+        Samples are real: the conjugate, that is of negative distance and rate, is there too.
+    least : float
+
+    Returns
+    -------
+    float
+        Energy taken out of echoes within `reach`.
+    """
+    sweeps, m, n = x.shape
+    parts, turns, channels = np.empty((2, n)), np.empty((2, n)), np.empty(m, dtype=np.complex128)
+    _bin_turns(waveform, turns)
+    removed = 0.0
+    for e in range(paths.shape[0]):
+        distance, rate = paths[e, 0], paths[e, 1]
+        energy = 0.0
+        for c in range(m):
+            channels[c] = heard[e, c].conjugate() / scale[c]
+            energy += channels[c].real ** 2 + channels[c].imag ** 2
+        energy *= sweeps
+        beat = waveform[0] * distance + waveform[1] * rate
+        if mirrored and energy * n > least * (math.pi * max(beat + first, 1.0)) ** 2:
+            _remove(x, first, waveform, -distance, -rate, channels, turns, parts)
+        if kinds[e] == 2 or energy * part_of_energy(abs(beat - at) - reach, n) <= least:
+            continue
+        energy = 0.0
+        for c in range(m):
+            channels[c] = (modelled[e, c] if kinds[e] == 1 else heard[e, c]) / scale[c]
+            energy += channels[c].real ** 2 + channels[c].imag ** 2
+        _remove(x, first, waveform, distance, rate, channels, turns, parts)
+        if abs(beat - at) <= reach:
+            removed += energy * sweeps
+    return removed
+
+
 @jit_uncounted
-def remove_echo(
-    x: ComplexArray, first: int, waveform: FloatArray, distance: float, rate: float, channels: ComplexArray
+def part_of_energy(off: float, bins: int) -> float:
+    """Return at most which part of an echo's energy is in so many bins that begin `off` bins from it."""
+    return 1.0 if off < 1.0 else min(bins / (math.pi * off) ** 2, 1.0)
+
+
+@jit_uncounted
+def _bin_turns(waveform: FloatArray, turns: FloatArray) -> None:
+    """Fill `turns` (2, n) with cosines and sines of the steps from bin to bin of Dirichlet's kernel."""
+    for j in range(turns.shape[1]):
+        turns[0, j], turns[1, j] = math.cos(j * math.pi / waveform[8]), math.sin(j * math.pi / waveform[8])
+
+
+@jit_uncounted
+def _remove(
+    x: ComplexArray,
+    first: int,
+    waveform: FloatArray,
+    distance: float,
+    rate: float,
+    channels: ComplexArray,
+    turns: FloatArray,
+    parts: FloatArray,
 ) -> None:
-    """Subtract an echo with these amplitudes of the channels from all bins of `x` (sweeps, channels, bins)."""
+    n = x.shape[2]
     q = waveform[2] * rate
+    # Far off, bins know that a sweep has a number of samples: Dirichlet's kernel, not the sinc.
+    angle = math.pi / waveform[8]
     for k in range(x.shape[0]):
         beat, _, _, phasor = echo_of_sweep(waveform, k, distance, rate)
         middle = round(beat)
         sine, cosine = math.sin(math.pi * (beat - middle)), math.cos(math.pi * (beat - middle))
-        for j in range(x.shape[2]):
-            sign = 1.0 - 2.0 * (abs(first + j - middle) % 2)
-            value, _ = bin_response(beat - first - j, sign * sine, sign * cosine, q)
-            value *= phasor
-            # Far off, bins know that a sweep has a number of samples: Dirichlet's kernel, not the sinc.
-            y = math.pi * (beat - first - j) / waveform[8]
-            if abs(y) > 0.02:
-                value *= y / math.sin(y)
-            for c in range(x.shape[1]):
-                x[k, c, j] -= value * channels[c]
+        delta = beat - first
+        if min(abs(delta), abs(delta - n + 1)) > _FAR + abs(q) and delta * (delta - n + 1) > 0.0:
+            phasor *= complex(math.cos(0.5 * math.pi * q), math.sin(0.5 * math.pi * q))
+            _far_responses(delta, first - middle, sine, cosine, q, angle, turns, parts)
+        else:
+            for j in range(n):
+                sign = 1.0 - 2.0 * (abs(first + j - middle) % 2)
+                value, _ = bin_response(delta - j, sign * sine, sign * cosine, q)
+                y = angle * (delta - j)
+                if abs(y) > 0.02:
+                    value *= y / math.sin(y)
+                parts[0, j], parts[1, j] = value.real, value.imag
+        for c in range(x.shape[1]):
+            amplitude = channels[c] * phasor
+            for j in range(n):
+                x[k, c, j] -= complex(
+                    parts[0, j] * amplitude.real - parts[1, j] * amplitude.imag,
+                    parts[0, j] * amplitude.imag + parts[1, j] * amplitude.real,
+                )
+
+
+@jit_uncounted
+def _far_responses(
+    delta: float, away: int, sine: float, cosine: float, q: float, angle: float, turns: FloatArray, parts: FloatArray
+) -> None:
+    """Fill `parts` (2, n) with the responses of bins so far off that only the two ends of the sweep count.
+
+    They are exp(i pi q / 2) / (pi (delta^2 - q^2)) times (sin(pi delta) delta, cos(pi delta) q), of which the first
+    factor is left to the caller. `turns` (2, n) are cosines and sines of `angle` times 0, 1, ...
+    """
+    start_sine, start_cosine = math.sin(angle * delta), math.cos(angle * delta)
+    for j in range(parts.shape[1]):
+        at = delta - j
+        sign = 1.0 - 2.0 * (abs(away + j) % 2)
+        # angle at / sin(angle at) takes the sinc to Dirichlet's kernel.
+        scale = sign * angle * at / ((start_sine * turns[0, j] - start_cosine * turns[1, j]) * math.pi)
+        scale /= at * at - q * q
+        parts[0, j] = scale * sine * at
+        parts[1, j] = scale * cosine * q
 
 
 @jit_uncounted
@@ -170,40 +352,59 @@ def covariance_along(
 
 @jit_uncounted
 def correlate(
-    z: ComplexArray, first: int, waveform: FloatArray, distance: float, rate: float, half: int, out: FloatArray
+    z: ComplexArray,
+    first: int,
+    waveform: FloatArray,
+    distance: float,
+    rate: float,
+    half: int,
+    cells: FloatArray,
+    out: FloatArray,
 ) -> None:
     """Correlate a beam's samples `z` (sweeps, bins) with an echo m and its slopes by distance (r) and rate (v).
 
     `out` (CORRELATIONS): real and imaginary parts of <m,z>, <r,z>, <v,z>, <m,r>, <m,v>, then <m,m>, <r,r>, <v,v>,
-    the real part of <r,v>; <a,b> sums conj(a) b over the bins within `half` of the echo.
+    the real part of <r,v>; <a,b> sums conj(a) b over the bins within `half` of the echo. `cells` (CELLS, 2 half + 1) is
+    room to work in.
     """
     s0, s1, s2, g01, g02 = 0j, 0j, 0j, 0j, 0j
     g00, g11, g22, g12 = 0.0, 0.0, 0.0, 0.0
     q = waveform[2] * rate
     for k in range(z.shape[0]):
         beat, by_rate, dt, phasor = echo_of_sweep(waveform, k, distance, rate)
-        turn = complex(0.0, 2.0 * math.pi * by_rate)
+        turn = 2.0 * math.pi * by_rate
         moved = waveform[0] * dt + waveform[1]
         middle = round(beat)
-        sine, cosine = math.sin(math.pi * (beat - middle)), math.cos(math.pi * (beat - middle))
-        for b in range(max(middle - half, first), min(middle + half + 1, first + z.shape[1])):
-            sign = 1.0 - 2.0 * (abs(b - middle) % 2)
-            m, slope = bin_response(beat - b, sign * sine, sign * cosine, q)
-            r = waveform[0] * slope
-            v = moved * slope + turn * m
-            sample = z[k, b - first]
-            m *= phasor
-            r *= phasor
-            v *= phasor
-            s0 += m.conjugate() * sample
-            s1 += r.conjugate() * sample
-            s2 += v.conjugate() * sample
-            g01 += m.conjugate() * r
-            g02 += m.conjugate() * v
-            g00 += m.real * m.real + m.imag * m.imag
-            g11 += r.real * r.real + r.imag * r.imag
-            g22 += v.real * v.real + v.imag * v.imag
-            g12 += r.real * v.real + r.imag * v.imag
+        low, high = max(middle - half, first), min(middle + half + 1, first + z.shape[1])
+        sign = 1.0 - 2.0 * (abs(low - middle) % 2)
+        sine, cosine = sign * math.sin(math.pi * (beat - middle)), sign * math.cos(math.pi * (beat - middle))
+        _bin_responses(beat - low, sine, cosine, q, high - low, cells)
+        # Of this sweep: response and slope with the samples, their energies, and with each other.
+        mz_re, mz_im, dz_re, dz_im, mm, dd, md_re, md_im = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+        for i in range(high - low):
+            sample = z[k, low - first + i]
+            m_re, m_im, d_re, d_im = cells[0, i], cells[1, i], cells[2, i], cells[3, i]
+            mz_re += m_re * sample.real + m_im * sample.imag
+            mz_im += m_re * sample.imag - m_im * sample.real
+            dz_re += d_re * sample.real + d_im * sample.imag
+            dz_im += d_re * sample.imag - d_im * sample.real
+            mm += m_re * m_re + m_im * m_im
+            dd += d_re * d_re + d_im * d_im
+            md_re += m_re * d_re + m_im * d_im
+            md_im += m_re * d_im - m_im * d_re
+        back = phasor.conjugate()
+        mz, dz = back * complex(mz_re, mz_im), back * complex(dz_re, dz_im)
+        power = phasor.real * phasor.real + phasor.imag * phasor.imag
+        # v is (moved d + i turn m): of two with themselves only what is not at right angles counts.
+        s0 += mz
+        s1 += waveform[0] * dz
+        s2 += moved * dz - complex(0.0, turn) * mz
+        g01 += power * waveform[0] * complex(md_re, md_im)
+        g02 += power * complex(moved * md_re, moved * md_im + turn * mm)
+        g00 += power * mm
+        g11 += power * waveform[0] * waveform[0] * dd
+        g22 += power * (moved * moved * dd + turn * turn * mm + 2.0 * moved * turn * md_im)
+        g12 += power * waveform[0] * (moved * dd + turn * md_im)
     out[0], out[1], out[2], out[3], out[4], out[5] = s0.real, s0.imag, s1.real, s1.imag, s2.real, s2.imag
     out[6], out[7], out[8], out[9] = g01.real, g01.imag, g02.real, g02.imag
     out[10], out[11], out[12], out[13] = g00, g11, g22, g12
@@ -231,7 +432,9 @@ def warmup() -> None:
     x, sums = np.zeros((1, 1, 1), dtype=np.complex128), np.zeros((1, 1), dtype=np.complex128)
     waveform = np.ones(WAVEFORM)
     sums_of_channels(x, 0, waveform, 1.0, 0.0, 1, sums)
-    remove_echo(x, 0, waveform, 1.0, 0.0, sums[0])
+    remove_echoes(x, 0, waveform, np.ones((1, 2)), sums)
+    kinds, scale = np.zeros(1, dtype=np.int64), np.ones(1)
+    remove_others(x, 0, 0, 1, waveform, np.ones((1, 2)), sums, sums, kinds, scale, True, 1.0)
     covariance_along(x, 0, waveform, 1.0, 0.0, 1, sums)
-    correlate(sums, 0, waveform, 1.0, 0.0, 1, np.zeros(CORRELATIONS))
+    correlate(sums, 0, waveform, 1.0, 0.0, 1, np.zeros((CELLS, 3)), np.zeros(CORRELATIONS))
     echo_slopes(0, waveform, 1.0, 0.0, np.zeros((3, 1, 1), dtype=np.complex128))

@@ -15,7 +15,7 @@ from wideberth.argument_checks import FloatArray
 from wideberth.sensors.radar.estimation.echo_kernels import sums_of_channels
 from wideberth.sensors.radar.estimation.range_rate_kernels import (
     FIT,
-    fit_echo,
+    fit_range_rates,
     half_bin_powers,
     search_lines,
     search_rates,
@@ -30,8 +30,6 @@ RESOLVED = 0.999
 """Probability from which one range rate is taken to be the true one."""
 
 _SEARCH_BINS = 2
-_ITERATIONS = 12
-_HOPELESS = 30.0  # below the greatest log-likelihood
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,55 +154,35 @@ def fit_range_rate(
     -------
     EchoFit
     """
-    fits = [_fit(z, first, waveform, distance, rate)]
-    if len(z) > 1:
-        span = 1.0 / (waveform[3] * waveform[5])
-        shift = span * waveform[1] / waveform[0]
-        for way in (1, -1):
-            start = fits[0]
-            for i in range(1, 2 + math.floor(2.0 * rate_max / span)):
-                to = start[1] + way * i * span
-                if abs(to) > rate_max:
-                    break
-                least = max(f[2] for f in fits) - _HOPELESS
-                fits.append(_fit(z, first, waveform, start[0] - way * i * shift, to, least))
-                if fits[-1][2] < least:
-                    break
-    table = np.array(fits)
-    best = table[np.argmax(table[:, 2])]
-    weight = np.exp(table[:, 2] - best[2])
-    weight /= weight.sum()
-    mean = float(weight @ table[:, 0])
-    resolved = len(z) > 1 and float(weight.max()) >= RESOLVED
-    around = (best[0], best[1]) if resolved else (mean, float(weight @ table[:, 1]))
-    if len(z) > 1:
-        variance = weight @ (table[:, 6] + (table[:, 0] - around[0]) ** 2)
-        variance_rate = weight @ (table[:, 7] + (table[:, 1] - around[1]) ** 2)
-    else:  # any range rate up to the greatest
-        variance = best[6] + (waveform[1] / waveform[0] * rate_max) ** 2 / 3.0
+    turns = math.floor(2.0 * rate_max * waveform[3] * waveform[5]) + 2  # all that are within the greatest rate
+    table = np.empty((turns, FIT))
+    table = table[: fit_range_rates(z, first, waveform, distance, rate, rate_max, HALF_BINS, table)]
+    best = table[0].tolist()
+    mean, share, variance, variance_rate = best[0], 1.0, best[6], best[7]
+    if len(table) > 1:
+        weight = np.exp(np.minimum(table[:, 2] - best[2], 0.0))
+        weight /= weight.sum()
+        mean, share = float(weight @ table[:, 0]), float(weight[0])
+        around = (best[0], best[1]) if share >= RESOLVED else (mean, float(weight @ table[:, 1]))
+        variance = float(weight @ (table[:, 6] + (table[:, 0] - around[0]) ** 2))
+        variance_rate = float(weight @ (table[:, 7] + (table[:, 1] - around[1]) ** 2))
+    if len(z) == 1:  # any range rate up to the greatest
+        variance += (waveform[1] / waveform[0] * rate_max) ** 2 / 3.0
         variance_rate = rate_max**2 / 3.0
     excess = best[9] - best[2] - best[10]
     return EchoFit(
-        distance=float(best[0]),
-        rate=float(best[1]),
+        distance=best[0],
+        rate=best[1],
         mean_distance=mean,
         variance_distance=float(variance),
         variance_rate=float(variance_rate),
-        resolved=resolved,
-        likelihood=float(best[2]),
+        resolved=len(z) > 1 and share >= RESOLVED,
+        likelihood=best[2],
         amplitude=complex(best[3], best[4]),
-        weight=float(best[5]),
-        misfit=max(0.0, float(excess) - 5.0 * math.sqrt(best[10])),
+        weight=best[5],
+        misfit=max(0.0, excess - 5.0 * math.sqrt(best[10])),
     )
 
 
 def _distance(waveform: FloatArray, beat: float, rate: float) -> float:
     return float((beat - waveform[1] * rate) / (waveform[0] * (1.0 - waveform[7] * rate)))
-
-
-def _fit(
-    z: ComplexArray, first: int, waveform: FloatArray, distance: float, rate: float, least: float = 0.0
-) -> FloatArray:
-    fit = np.empty(FIT)
-    fit_echo(z, first, waveform, distance, rate, HALF_BINS, _ITERATIONS, least, fit)
-    return fit

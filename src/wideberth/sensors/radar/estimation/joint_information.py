@@ -16,6 +16,7 @@ _BEYOND = 8  # bins on either side of the echoes
 # right, by down): both parts of the amplitude, distance, rate, right, down.
 _SAMPLES = np.array([0, 0, 1, 2, 0, 0])
 _WAVE = np.array([0, 0, 0, 0, 1, 2])
+_FACTORS = np.array([1.0, 1j, 1.0, 1.0, 1.0, 1.0])
 _OWN = np.array([2, 3, 4, 5])
 
 
@@ -48,28 +49,31 @@ def variance_ratios(
     beats = [waveform[0] * (e[0] + e[1] * t) for e in echoes for t in (waveform[6], -waveform[6])]
     first = int(np.floor(min(beats))) - _BEYOND
     bins = int(np.ceil(max(beats))) + _BEYOND + 1 - first
-    samples, waves, factors = [], [], []
-    for distance, rate, right, down, amplitude in echoes:
-        slopes = np.empty((3, sweeps, bins), dtype=np.complex128)
-        echo_slopes(first, waveform, distance, rate, slopes)
-        samples.append(slopes.reshape(3, -1))
+    n = len(echoes)
+    slopes = np.empty((n, 3, sweeps, bins), dtype=np.complex128)
+    waves, factors = np.empty((n, 3, len(places)), dtype=np.complex128), np.empty((n, 6), dtype=np.complex128)
+    for k, (distance, rate, right, down, amplitude) in enumerate(echoes):
+        echo_slopes(first, waveform, distance, rate, slopes[k])
         wave = np.exp(-2j * np.pi * (places @ (right, down)))
-        waves.append(
-            np.stack([wave, -2j * np.pi * places[:, 0] * wave, -2j * np.pi * places[:, 1] * wave]) @ response.T
-        )
-        factors.append(amplitude * np.array([1.0, 1j, 1.0, 1.0, 1.0, 1.0]))
-    s, w, f = np.concatenate(samples), np.concatenate(waves), np.concatenate(factors)
-    at = 3 * np.arange(len(echoes)).repeat(6)
-    i, j = at + np.tile(_SAMPLES, len(echoes)), at + np.tile(_WAVE, len(echoes))
-    gram = (s.conj() @ s.T)[np.ix_(i, i)] * (w.conj() @ w.T)[np.ix_(j, j)] * np.outer(f.conj(), f)
+        waves[k, 0], waves[k, 1:] = wave, -2j * np.pi * places.T * wave
+        factors[k] = amplitude * _FACTORS
+    s, w, f = slopes.reshape(3 * n, -1), (waves @ response.T).reshape(3 * n, -1), factors.ravel()
+    at = 3 * np.arange(n)[:, None]
+    i, j = (at + _SAMPLES).ravel(), (at + _WAVE).ravel()
+    gram = (s.conj() @ s.T)[i[:, None], i] * (w.conj() @ w.T)[j[:, None], j] * (f.conj()[:, None] * f)
     information = gram.real
-    size = np.sqrt(np.diag(information))
+    size = np.sqrt(information.diagonal())
     # What an array or a single sweep cannot tell has no information.
     kept = np.flatnonzero(size > 1e-9 * size.max())
-    scaled = information[np.ix_(kept, kept)] / np.outer(size[kept], size[kept])
-    own = kept < 6
-    joint = np.diag(np.linalg.pinv(scaled, hermitian=True))[own]
-    alone = np.diag(np.linalg.pinv(scaled[np.ix_(own, own)], hermitian=True))
+    scaled = information[kept[:, None], kept] / (size[kept, None] * size[kept])
+    own = int(np.searchsorted(kept, 6))
     ratios = np.ones(6)
-    ratios[kept[own]] = joint / alone
+    ratios[kept[:own]] = _inverse_diagonal(scaled)[:own] / _inverse_diagonal(scaled[:own, :own])
     return np.asarray(np.maximum(ratios[_OWN], 1.0))
+
+
+def _inverse_diagonal(matrix: FloatArray) -> FloatArray:
+    """Return the diagonal of the pseudo-inverse of a symmetric matrix."""
+    value, vector = np.linalg.eigh(matrix)
+    inverse = np.where(value > 1e-15 * value[-1], 1.0 / np.where(value > 0.0, value, 1.0), 0.0)
+    return np.asarray(vector**2 @ inverse)

@@ -6,8 +6,6 @@ are those of the Fisher information at the estimate, joint for echoes that overl
 ambiguous or the samples hold more than the model says.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -24,23 +22,28 @@ from wideberth.sensors.radar.estimation.beamforming import (
 )
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.estimation.cramer_rao import direction_variances
-from wideberth.sensors.radar.estimation.direction_kernels import DIRECTION, fit_direction
-from wideberth.sensors.radar.estimation.echo_kernels import covariance_along, remove_echo, sums_of_channels
+from wideberth.sensors.radar.estimation.direction_kernels import DIRECTION, answer, fit_direction
+from wideberth.sensors.radar.estimation.echo_kernels import (
+    covariance_along,
+    remove_echoes,
+    remove_others,
+    sums_of_channels,
+)
 from wideberth.sensors.radar.estimation.echo_search import (
     HALF_BINS,
-    EchoFit,
     acquire,
     fit_range_rate,
     sharpen,
     window_reach,
 )
+from wideberth.sensors.radar.estimation.echoes import Channels, Echo, Estimates, part_of_energy
 from wideberth.sensors.radar.estimation.joint_information import variance_ratios
 from wideberth.sensors.radar.estimation.waveform import bin_phases, frame_waveform
 
 ComplexArray = NDArray[np.complex128]
 
 _PASSES = 25
-_CONVERGED = 0.05
+_SETTLED = 0.0025  # energy, in noise powers, by which other echoes may have changed since an echo was fitted
 _ITERATIONS = 20
 _NEAR_BINS = 2 * HALF_BINS + 1
 _MATTERS = 0.1  # energy of another echo in the window, in noise powers
@@ -52,42 +55,6 @@ _PEAK = 4.0  # height of MVDR's peaks over noise
 _ALIKE = 2.0  # the noise's root mean square of channels, at most
 _MOST_SHARED = 0.5  # of the misfit that may pull in the direction of a parameter
 _DOUBTFUL = 0.1  # misfit, as a share of the echo's energy, that makes its range rate doubtful
-
-
-@dataclass(frozen=True, slots=True)
-class Estimates:
-    """What a frame's peaks turn out to be, at the middle of the frame.
-
-    Attributes
-    ----------
-    z : ndarray, shape (n, 4)
-        Range m, azimuth rad, elevation rad, range rate m/s (positive opening). NaN where not measured: the range rate
-        where it is ambiguous, and an angle that an array of one row or column does not have. Of one row, azimuth is
-        the angle asin(right / distance) from the plane across the row; of one column, elevation is asin(up / distance).
-    variance : ndarray, shape (n, 4)
-        Of each; infinite for angles not measured, and as wide as what is not known of the range rate. An ambiguous
-        range rate is in the variance of range, too, as one shifts the other.
-    snr_db : ndarray, shape (n,)
-        Of one channel and one sweep, the mean over channels.
-    peak : ndarray of int, shape (n,)
-        Which of the peaks each is from. With the beamformer "mvdr" several may be from one; a peak that stronger
-        echoes explain has none.
-    """
-
-    z: FloatArray
-    variance: FloatArray
-    snr_db: FloatArray
-    peak: NDArray[np.intp]
-
-
-@dataclass(frozen=True, slots=True)
-class _Echo:
-    peak: int
-    bin: int
-    fit: EchoFit
-    direction: FloatArray
-    heard: ComplexArray  # amplitudes of the channels, in the samples' units
-    modelled: ComplexArray  # those of a wave from its direction
 
 
 def estimate_plots(
@@ -129,7 +96,7 @@ def estimate_plots(
     if bins.size and not (bins.min() >= 0 and bins.max() < config.range_bins):
         raise ValueError(f"peaks must be bins from 0 to {config.range_bins - 1}, got {bins.min()} to {bins.max()}")
     height = [frame.power_at(int(b)) for b in bins]
-    echoes: list[_Echo] = []
+    echoes: list[Echo] = []
     for i in np.argsort(-np.array(height), kind="stable"):
         echoes += frame.find(int(i), int(bins[i]), echoes)
     frame.refine(echoes)
@@ -160,67 +127,86 @@ class _Frame:
         self.waveform = frame_waveform(config, len(image))
         self.phases, self.places = bin_phases(config), places_in_wavelengths(config)
         self.grid = direction_grid(config)
-        self._wave_energy: FloatArray | None = None
+        self._near: dict[int, Channels] = {}
+        self._scaled: dict[int, ComplexArray] = {}
         self.rate_max = config.processing.range_rate_max_mps
+        self.mirrored = config.sampling == "real"
         self.reach = window_reach(self.waveform, len(image), self.rate_max)
 
     def power_at(self, b: int) -> float:
         """Return the mean power in a bin."""
         return float(np.mean(np.abs(self.image[:, :, b]) ** 2))
 
+    def channels(self, b: int) -> Channels:
+        """Return what the channels are near a bin."""
+        found = self._near.get(b)
+        if found is None:
+            noise = self.noise if self.noise.ndim == 1 else self.noise[:, b]
+            found = next((c for c in self._near.values() if np.array_equal(c.noise, noise)), None)
+            if found is None:
+                scale = np.sqrt(noise)
+                response = self.response / scale[:, None]
+                energy = quadratic_spectrum(self.config, response.conj().T @ response)
+                found = Channels(noise, scale, response, self.response.conj().T / scale, energy)
+            self._near[b] = found
+        return found
+
     def scale(self, b: int) -> FloatArray:
         """Return the noise's root mean square of the channels near a bin."""
-        return np.sqrt(self.noise if self.noise.ndim == 1 else self.noise[:, b])
+        return self.channels(b).scale
 
-    def window(self, b: int, peak: int, others: list[_Echo]) -> tuple[ComplexArray, int, float]:
-        """Return the samples around a bin, of noise power 1, less other echoes; the first bin; the energy taken out."""
+    def window(self, b: int, peak: int, others: list[Echo], own: Echo | None = None) -> tuple[ComplexArray, int, float]:
+        """Return the samples around a bin, of noise power 1, less other echoes; the first bin; the energy taken out.
+
+        Of the echo's `own` only what the negative frequency of real samples leaves is taken out.
+        """
         first, end = max(b - self.reach, 0), min(b + self.reach + 1, self.config.range_bins)
         scale = self.scale(b)
-        x = self.image[:, :, first:end] * (self.phases[first:end] / scale[:, None])
-        if not np.isfinite(x).all():
-            raise ValueError(f"the samples around range bin {b} are not finite: leave the frame out")
-        removed = 0.0
-        for e in others:
-            self.remove_mirror(x, first, e, scale)
-            if self.energy_at(e, b) > _MATTERS:
-                # Two echoes of one bin are told apart by direction alone if their range rates agree.
-                channels = (e.modelled if e.peak == peak else e.heard) / scale
-                remove_echo(x, first, self.waveform, e.fit.distance, e.fit.rate, channels)
-                if abs(self.beat(e) - b) <= self.reach:
-                    removed += float(np.vdot(channels, channels).real) * len(x)
+        if b not in self._scaled:
+            self._scaled[b] = self.image[:, :, first:end] * (self.phases[first:end] / scale[:, None])
+            if not np.isfinite(self._scaled[b]).all():
+                raise ValueError(f"the samples around range bin {b} are not finite: leave the frame out")
+        x = self._scaled[b].copy()
+        known = others if own is None else [*others, own]
+        if not known:
+            return x, first, 0.0
+        # Two echoes of one bin are told apart by direction alone if their range rates agree.
+        kinds = np.array([2 if e is own else int(e.peak == peak) for e in known])
+        paths = np.array([(e.fit.distance, e.fit.rate) for e in known])
+        heard, modelled = np.array([e.heard for e in known]), np.array([e.modelled for e in known])
+        removed = remove_others(
+            x, first, b, self.reach, self.waveform, paths, heard, modelled, kinds, scale, self.mirrored, _MATTERS
+        )
         return x, first, removed
 
-    def remove_mirror(self, x: ComplexArray, first: int, echo: _Echo, scale: FloatArray) -> bool:
-        """Subtract what the negative frequency of an echo's real samples leaves among the positive ones, if it matters.
+    def remove(self, x: ComplexArray, first: int, echoes: list[Echo], channels: list[ComplexArray]) -> None:
+        """Subtract echoes with these amplitudes of the channels."""
+        if echoes:
+            paths = np.array([(e.fit.distance, e.fit.rate) for e in echoes])
+            remove_echoes(x, first, self.waveform, paths, np.array(channels))
 
-        Return whether it did.
-        """
-        if self.config.sampling == "complex":
-            return False
-        away = max(self.beat(echo) + first, 1.0)
-        channels = echo.heard.conj() / scale
-        if float(np.vdot(channels, channels).real) * x.shape[0] * x.shape[2] / (np.pi * away) ** 2 < _MATTERS:
-            return False
-        # The conjugate phase is that of the negative distance and rate.
-        remove_echo(x, first, self.waveform, -echo.fit.distance, -echo.fit.rate, channels)
-        return True
+    def mirror_energy(self, echo: Echo) -> float:
+        """Return the energy that an echo's negative frequency leaves in the bins around the echo, in noise powers."""
+        away = max(echo.beat + echo.bin - self.reach, 1.0)
+        energy = float(self.energies([echo], self.scale(echo.bin))[0])
+        return energy * (2 * self.reach + 1) / (np.pi * away) ** 2 if self.mirrored else 0.0
 
-    def beat(self, echo: _Echo) -> float:
-        """Return an echo's bin at the middle of the frame."""
-        return float(self.waveform[0] * echo.fit.distance + self.waveform[1] * echo.fit.rate)
+    def energies(self, echoes: list[Echo], scale: FloatArray) -> FloatArray:
+        """Return the energies of echoes in all bins, in noise powers, shape (n,)."""
+        heard = np.array([e.heard for e in echoes]) / scale
+        return np.asarray(np.square(heard.view(np.float64)).sum(axis=1) * len(self.image))
 
-    def energy_at(self, echo: _Echo, b: int) -> float:
-        """Return at most how much energy an echo has in the bins used around a bin, in noise powers."""
-        energy = float(np.sum(np.abs(echo.heard / self.scale(b)) ** 2)) * len(self.image)
-        off = abs(self.beat(echo) - b) - self.reach
-        return energy if off < 1.0 else energy * (2 * HALF_BINS + 1) / (np.pi * off) ** 2
+    def energies_at(self, echoes: list[Echo], b: int) -> FloatArray:
+        """Return at most how much energy echoes have in the bins used around a bin, in noise powers, shape (n,)."""
+        off = np.abs(np.array([e.beat for e in echoes]) - b) - self.reach
+        return np.asarray(self.energies(echoes, self.scale(b)) * part_of_energy(off))
 
-    def find(self, peak: int, b: int, known: list[_Echo]) -> list[_Echo]:
+    def find(self, peak: int, b: int, known: list[Echo]) -> list[Echo]:
         """Return the echoes in a peak; none where those known explain it."""
         x, first, removed = self.window(b, peak, known)
         distance, rate, h = acquire(x, first, self.waveform, b, self.rate_max)
         if self.config.processing.beamformer == "mvdr":
-            response = self.response / self.scale(b)[:, None]
+            response = self.channels(b).response
             starts = self.mvdr_directions(b, x, first, distance, rate, response)
             if len(starts) > 1:
                 return self.separated(peak, b, x, first, starts, response)
@@ -228,9 +214,10 @@ class _Frame:
         z = self.beam_towards(start, b) @ x
         distance, rate, _ = sharpen(z, first, self.waveform, b, rate, self.rate_max)
         echo = self.fitted(peak, b, x, first, z, distance, rate, start)
-        if self.remove_mirror(x, first, echo, self.scale(b)):
-            echo = self.refitted(echo, x, first)
         if self.config.processing.beamformer == "mvdr":
+            if self.mirror_energy(echo) > _MATTERS:
+                x, first, _ = self.window(b, peak, known, echo)
+                echo = self.refitted(echo, x, first)
             second = self.hidden(echo, x, first)
             if second is not None:
                 return self.in_turn([echo, second], x, first)
@@ -239,16 +226,10 @@ class _Frame:
 
     def strongest_direction(self, h: ComplexArray, b: int) -> FloatArray:
         """Return the direction cosines of the conventional beam of most power."""
-        power = beam_powers(self.config, (self.response.conj().T / self.scale(b)) @ h) / self.wave_energy(b)
-        down, right = np.unravel_index(np.argmax(np.where(self.grid.seen, power, -np.inf)), power.shape)
+        channels = self.channels(b)
+        power = beam_powers(self.config, channels.adjoint @ h) / channels.wave_energy
+        down, right = divmod(int(np.argmax(np.where(self.grid.seen, power, -1.0))), power.shape[1])
         return np.array([self.grid.right[right], self.grid.down[down]])
-
-    def wave_energy(self, b: int) -> FloatArray:
-        """Return the energy of a wave's samples, of noise power 1, over the grid of directions."""
-        if self._wave_energy is None or self.noise.ndim > 1:
-            response = self.response / self.scale(b)[:, None]
-            self._wave_energy = quadratic_spectrum(self.config, response.conj().T @ response)
-        return self._wave_energy
 
     def mvdr_directions(
         self, b: int, x: ComplexArray, first: int, distance: float, rate: float, response: ComplexArray
@@ -263,7 +244,7 @@ class _Frame:
         if scale.max() > _ALIKE * scale.min():
             # Channels that hear little cannot stand in for their mirror images.
             spectrum = mvdr_spectrum(self.config, covariance, response, loading=loading)
-            return spectrum_peaks(self.config, spectrum * self.wave_energy(b), least)[: n - 1]
+            return spectrum_peaks(self.config, spectrum * self.channels(b).wave_energy, least)[: n - 1]
         undo = np.linalg.inv(response)
         noise = float(np.sum(np.abs(undo) ** 2)) / n
         even = forward_backward(undo @ covariance @ undo.conj().T)
@@ -272,12 +253,12 @@ class _Frame:
 
     def separated(
         self, peak: int, b: int, x: ComplexArray, first: int, starts: FloatArray, response: ComplexArray
-    ) -> list[_Echo]:
+    ) -> list[Echo]:
         """Return the echoes of one bin in several directions, each from a beam that shuts the others out."""
         waves = response @ np.exp(-2j * np.pi * (self.places @ starts.T))
         beams = np.linalg.pinv(waves)
         beams /= np.linalg.norm(beams, axis=1)[:, None]
-        found: list[_Echo] = []
+        found: list[Echo] = []
         for start, beam in zip(starts, beams, strict=True):
             z = beam @ x
             _, rate, _ = acquire(z[:, None, :], first, self.waveform, b, self.rate_max)
@@ -285,13 +266,13 @@ class _Frame:
             found.append(self.fitted(peak, b, x, first, z, distance, rate, start))
         return self.in_turn(found, x, first)
 
-    def hidden(self, echo: _Echo, x: ComplexArray, first: int) -> _Echo | None:
+    def hidden(self, echo: Echo, x: ComplexArray, first: int) -> Echo | None:
         """Return a second echo in what the first of a bin leaves, if it is strong enough to be more than faults of it.
 
         Near the limit of its resolution MVDR's spectrum has one peak for two echoes.
         """
         rest, b, scale = x.copy(), echo.bin, self.scale(echo.bin)
-        remove_echo(rest, first, self.waveform, echo.fit.distance, echo.fit.rate, echo.modelled / scale)
+        self.remove(rest, first, [echo], [echo.modelled / scale])
         _, rate, h = acquire(rest, first, self.waveform, b, self.rate_max)
         start = self.strongest_direction(h, b)
         z = self.beam_towards(start, b) @ rest
@@ -302,28 +283,29 @@ class _Frame:
         second = self.fitted(echo.peak, b, rest, first, z, distance, rate, start)
         return second if second.fit.likelihood > least else None
 
-    def in_turn(self, found: list[_Echo], x: ComplexArray, first: int) -> list[_Echo]:
+    def in_turn(self, found: list[Echo], x: ComplexArray, first: int) -> list[Echo]:
         """Return the echoes of one bin fitted to the samples less each other, without those that were none."""
         scale = self.scale(found[0].bin)
         for _ in range(2):
             for i in range(len(found)):
                 rest = x.copy()
-                for e in found[:i] + found[i + 1 :]:
-                    remove_echo(rest, first, self.waveform, e.fit.distance, e.fit.rate, e.modelled / scale)
+                others = found[:i] + found[i + 1 :]
+                self.remove(rest, first, others, [e.modelled / scale for e in others])
                 found[i] = self.refitted(found[i], rest, first)
         greatest = max(e.fit.likelihood for e in found)
         return [e for e in found if e.fit.likelihood > max(_CHANCE, _LEFT_OVER * greatest)]
 
     def beam_towards(self, cosines: FloatArray, b: int) -> ComplexArray:
         """Return the weights of unit length of the beam matched to a direction."""
-        wave = self.response @ np.exp(-2j * np.pi * (self.places @ cosines)) / self.scale(b)
-        return np.asarray(wave.conj() / np.linalg.norm(wave))
+        wave = np.empty(self.config.channels, dtype=np.complex128)
+        answer(self.channels(b).response, self.places, cosines[0], cosines[1], wave)
+        return np.asarray(wave.conj() / np.sqrt(np.vdot(wave, wave).real))
 
-    def refitted(self, echo: _Echo, x: ComplexArray, first: int) -> _Echo:
-        """Return an echo fitted again from where it was."""
+    def refitted(self, echo: Echo, x: ComplexArray, first: int, *, weighed: bool = True) -> Echo:
+        """Return an echo fitted again from where it was; its range rate as it was up to the phases, if not weighed."""
         cosines = echo.direction[:2]
         z = self.beam_towards(cosines, echo.bin) @ x
-        return self.fitted(echo.peak, echo.bin, x, first, z, echo.fit.distance, echo.fit.rate, cosines)
+        return self.fitted(echo.peak, echo.bin, x, first, z, echo.fit.distance, echo.fit.rate, cosines, weighed=weighed)
 
     def fitted(
         self,
@@ -335,53 +317,75 @@ class _Frame:
         distance: float,
         rate: float,
         start: FloatArray,
-    ) -> _Echo:
+        *,
+        weighed: bool = True,
+    ) -> Echo:
         """Return the echo that fits best from a start on, first in a beam's samples `z`, then in all channels' `x`."""
-        scale = self.scale(b)
-        response = self.response / scale[:, None]
-        fit = fit_range_rate(z, first, self.waveform, distance, rate, self.rate_max)
+        near = self.channels(b)
+        fit = fit_range_rate(z, first, self.waveform, distance, rate, self.rate_max if weighed else 0.0)
         sums = np.empty(x.shape[:2], dtype=np.complex128)
         sums_of_channels(x, first, self.waveform, fit.distance, fit.rate, HALF_BINS, sums)
         h = sums.sum(axis=0) / fit.weight
-        direction = np.empty(DIRECTION)
-        fit_direction(h, response, self.places, start[0], start[1], _ITERATIONS, direction)
-        wave = response @ np.exp(-2j * np.pi * (self.places @ direction[:2]))
+        direction, wave = np.empty(DIRECTION), np.empty(len(h), dtype=np.complex128)
+        fit_direction(h, near.response, self.places, start[0], start[1], _ITERATIONS, direction, wave)
         amplitude = np.vdot(wave, h) / np.vdot(wave, wave).real
-        return _Echo(peak, b, fit, direction, h * scale, amplitude * wave * scale)
+        beat = float(self.waveform[0] * fit.distance + self.waveform[1] * fit.rate)
+        return Echo(peak, b, beat, fit, direction, h * near.scale, amplitude * wave * near.scale)
 
-    def refine(self, echoes: list[_Echo]) -> None:
-        """Fit those echoes again, in turn, that another one disturbs which was found after them."""
-        again = [i for i, e in enumerate(echoes) if any(self.energy_at(o, e.bin) > _MATTERS for o in echoes[i + 1 :])]
-        for _ in range(_PASSES):
-            change = 0.0
-            near = [i for i in range(len(echoes)) if i in again or self.neighbours(echoes, i)]
-            for i in near:
-                old = echoes[i]
-                x, first, _ = self.window(old.bin, old.peak, echoes[:i] + echoes[i + 1 :])
-                self.remove_mirror(x, first, old, self.scale(old.bin))
-                echoes[i] = self.refitted(old, x, first)
-                change = max(change, abs(echoes[i].fit.likelihood - old.fit.likelihood) / old.fit.likelihood**0.5)
-            if change < _CONVERGED:
+    def refine(self, echoes: list[Echo]) -> None:
+        """Fit those echoes again, in turn, that others disturb which were found, or have moved, after them.
+
+        Or their own mirror images: these are taken out here.
+        """
+        disturbed = np.zeros(len(echoes))  # energy in the bins used that has come since the last fit, noise powers
+        for i, e in enumerate(echoes):
+            later = self.energies_at(echoes[i + 1 :], e.bin) if i + 1 < len(echoes) else np.zeros(0)
+            mirror = self.mirror_energy(e)
+            disturbed[i] = later[later > _MATTERS].sum() + (mirror if mirror > _MATTERS else 0.0)
+        kept: dict[int, tuple[ComplexArray, int]] = {}  # samples of those of which the range rates are to be weighed
+        for number in range(_PASSES):
+            again = np.flatnonzero(disturbed > _SETTLED)
+            if not len(again):
                 break
+            for i in again.tolist():
+                old = echoes[i]
+                x, first, _ = self.window(old.bin, old.peak, echoes[:i] + echoes[i + 1 :], old)
+                echoes[i] = self.refitted(old, x, first, weighed=not number)
+                disturbed += self.moved(old, echoes[i], echoes)
+                disturbed[i] = 0.0
+                if number:
+                    kept[i] = (x, first)
+        for i, (x, first) in kept.items():
+            echoes[i] = self.refitted(echoes[i], x, first)
 
-    def neighbours(self, echoes: list[_Echo], i: int) -> list[_Echo]:
+    def moved(self, old: Echo, new: Echo, echoes: list[Echo]) -> FloatArray:
+        """Return the energy of an echo's change in the bins used of each echo, in noise powers."""
+        rate = new.fit.rate - old.fit.rate
+        turned = 2.0 * np.pi * self.waveform[3] * self.waveform[5] * len(self.image) * rate
+        share = ((np.pi * (new.beat - old.beat)) ** 2 + 0.25 * turned**2) / 3.0
+        scale = self.scale(new.bin)
+        change = np.sum(np.abs((new.heard - old.heard) / scale) ** 2) + share * np.sum(np.abs(new.heard / scale) ** 2)
+        off = np.abs(np.array([e.bin for e in echoes]) - new.beat) - self.reach
+        return np.asarray(change * len(self.image) * part_of_energy(off))
+
+    def neighbours(self, echoes: list[Echo], i: int) -> list[Echo]:
         """Return the echoes of which the bins used overlap with those of one."""
         moved = self.waveform[0] * self.waveform[5] * len(self.image) * 0.5
         near = []
         for j, e in enumerate(echoes):
-            apart = abs(self.beat(e) - self.beat(echoes[i]))
+            apart = abs(e.beat - echoes[i].beat)
             if j != i and apart <= _NEAR_BINS + moved * abs(e.fit.rate - echoes[i].fit.rate):
                 near.append(e)
         return near
 
-    def estimates(self, echoes: list[_Echo]) -> Estimates:
+    def estimates(self, echoes: list[Echo]) -> Estimates:
         """Return the plots of echoes."""
         rows = [self.plot(e, self.neighbours(echoes, i)) for i, e in enumerate(echoes)]
         table = np.array(rows).reshape(len(rows), 9)
         peak = np.array([e.peak for e in echoes], dtype=np.intp)
         return Estimates(table[:, :4], table[:, 4:8], table[:, 8], peak)
 
-    def plot(self, echo: _Echo, near: list[_Echo]) -> list[float]:
+    def plot(self, echo: Echo, near: list[Echo]) -> list[float]:
         """Return the four measurements of an echo, their variances, and its signal-to-noise ratio."""
         config, fit, direction = self.config, echo.fit, echo.direction
         widened = np.ones(4)
@@ -390,7 +394,7 @@ class _Frame:
                 self.waveform,
                 len(self.image),
                 self.places,
-                self.response / self.scale(echo.bin)[:, None],
+                self.channels(echo.bin).response,
                 [(e.fit.distance, e.fit.rate, *e.direction[:2], e.fit.amplitude) for e in (echo, *near)],
             )
         widened *= 1.0 + _MOST_SHARED * fit.misfit

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
-from wideberth.sensors.radar.estimation.echo_kernels import CORRELATIONS, WAVEFORM, correlate, echo_of_sweep
+from wideberth.sensors.radar.estimation.echo_kernels import CELLS, CORRELATIONS, WAVEFORM, correlate, echo_of_sweep
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -16,6 +16,9 @@ FIT = 11
 
 _HALVINGS = 4
 _REACH = 5.0  # gains that a step promises, as a whole way up
+_ITERATIONS, _CONVERGED = 12, 1e-5  # steps, and the gain in log-likelihood that a step must promise
+_ROUGH_ITERATIONS, _ROUGHLY = 3, 0.3
+_HOPELESS = 14.0  # below the greatest log-likelihood
 
 
 @jit_uncounted
@@ -130,19 +133,20 @@ def fit_echo(
     rate: float,
     half: int,
     iterations: int,
+    gain: float,
     least: float,
     fit: FloatArray,
 ) -> None:
     """Climb from a start to the greatest likelihood of an echo in a beam `z` (sweeps, bins) of unit noise.
 
-    Gauss-Newton steps in distance and rate (in distance alone, of one sweep), halved while the likelihood falls; none
-    where a likelihood of `least` is out of reach.
+    Gauss-Newton steps in distance and rate (in distance alone, of one sweep), halved while the likelihood falls, until
+    one promises less than `gain`; none where a likelihood of `least` is out of reach.
     `fit` (FIT): the likelihood is the share of the samples' energy; variances are those of the Fisher information of
     the bins used; weight is the model's energy, energy that of the `cells` samples used.
     """
-    c, tried = np.empty(CORRELATIONS), np.empty(CORRELATIONS)
+    c, tried, room = np.empty(CORRELATIONS), np.empty(CORRELATIONS), np.empty((CELLS, 2 * half + 1))
     moves = z.shape[0] > 1
-    correlate(z, first, waveform, distance, rate, half, c)
+    correlate(z, first, waveform, distance, rate, half, room, c)
     # A quarter of a resolution cell at most: the likelihood is no parabola beyond.
     most_r = 0.25 / waveform[0]
     most_v = 0.25 / (waveform[3] * waveform[5] * z.shape[0])
@@ -153,7 +157,8 @@ def fit_echo(
             step_r, step_v = (j_vv * g_r - j_rv * g_v) / det, (j_rr * g_v - j_rv * g_r) / det
         else:
             step_r, step_v = g_r / max(j_rr, 1e-300), 0.0
-        if likelihood + _REACH * (g_r * step_r + g_v * step_v) < least:
+        promised = g_r * step_r + g_v * step_v
+        if promised < gain or likelihood + _REACH * promised < least:
             break
         # Where the beat is: the distance's step has the rate's coupling in it.
         beat = step_r + waveform[1] / waveform[0] * step_v
@@ -162,7 +167,7 @@ def fit_echo(
         step_v /= shrink
         better = False
         for _ in range(_HALVINGS):
-            correlate(z, first, waveform, distance + step_r, rate + step_v, half, tried)
+            correlate(z, first, waveform, distance + step_r, rate + step_v, half, room, tried)
             if (tried[0] * tried[0] + tried[1] * tried[1]) / max(tried[10], 1e-300) >= likelihood:
                 better = True
                 break
@@ -174,13 +179,26 @@ def fit_echo(
         rate += step_v
         for i in range(CORRELATIONS):
             c[i] = tried[i]
-        if g_r * step_r + g_v * step_v < 1e-4:
-            break
+    _finished(z, first, waveform, distance, rate, half, c, fit)
+
+
+@jit_uncounted
+def _finished(
+    z: ComplexArray,
+    first: int,
+    waveform: FloatArray,
+    distance: float,
+    rate: float,
+    half: int,
+    c: FloatArray,
+    fit: FloatArray,
+) -> None:
+    """Fill `fit` from the correlations `c` of its echo."""
     j_rr, j_vv, j_rv, _, _, likelihood = _normal_equations(c)
     fit[0], fit[1], fit[2] = distance, rate, likelihood
     fit[3], fit[4], fit[5] = c[0] / max(c[10], 1e-300), c[1] / max(c[10], 1e-300), c[10]
-    det = j_rr * j_vv - j_rv * j_rv
-    if moves:
+    if z.shape[0] > 1:
+        det = j_rr * j_vv - j_rv * j_rv
         fit[6], fit[7], fit[8] = 0.5 * j_vv / det, 0.5 * j_rr / det, -0.5 * j_rv / det
     else:
         fit[6], fit[7], fit[8] = 0.5 / j_rr, math.inf, 0.0
@@ -195,6 +213,52 @@ def fit_echo(
     fit[9], fit[10] = energy, cells
 
 
+@jit
+def fit_range_rates(
+    z: ComplexArray,
+    first: int,
+    waveform: FloatArray,
+    distance: float,
+    rate: float,
+    rate_max: float,
+    half: int,
+    fits: FloatArray,
+) -> int:
+    """Fit an echo, and those that the phases from sweep to sweep allow as well, up to the rate `rate_max`.
+
+    Fill `fits` (m, FIT), the most likely first, and return how many. The others are fitted only well enough to be
+    weighed, and left where they are hopeless.
+    """
+    fit_echo(z, first, waveform, distance, rate, half, _ITERATIONS, _CONVERGED, 0.0, fits[0])
+    n = 1
+    if z.shape[0] < 2:
+        return n
+    span = 1.0 / (waveform[3] * waveform[5])
+    shift = span * waveform[1] / waveform[0]
+    start_r, start_v = fits[0, 0], fits[0, 1]
+    best = 0
+    for way in range(1, -2, -2):
+        for i in range(1, fits.shape[0]):
+            to = start_v + way * i * span
+            if abs(to) > rate_max or n == fits.shape[0]:
+                break
+            least = fits[best, 2] - _HOPELESS
+            to_r = start_r - way * i * shift
+            fit_echo(z, first, waveform, to_r, to, half, _ROUGH_ITERATIONS, _ROUGHLY, least, fits[n])
+            n += 1
+            if fits[n - 1, 2] < least:
+                break
+            if fits[n - 1, 2] > fits[best, 2]:
+                best = n - 1
+    if best:
+        row = np.empty(FIT)
+        fit_echo(z, first, waveform, fits[best, 0], fits[best, 1], half, _ITERATIONS, _CONVERGED, 0.0, row)
+        for j in range(FIT):
+            fits[best, j] = fits[0, j]
+            fits[0, j] = row[j]
+    return n
+
+
 def warmup() -> None:
     """Compile what Python calls."""
     x, waveform = np.zeros((2, 1, 2), dtype=np.complex128), np.ones(WAVEFORM)
@@ -203,4 +267,5 @@ def warmup() -> None:
     search_lines(powers, 0, waveform, 1, 1.0, 0.5)
     z = np.zeros((2, 2), dtype=np.complex128)
     search_rates(z, 0, waveform, 1, 0.0, 1.0)
-    fit_echo(z, 0, waveform, 1.0, 0.0, 1, 1, 0.0, np.zeros(FIT))
+    fit_echo(z, 0, waveform, 1.0, 0.0, 1, 1, 0.0, 0.0, np.zeros(FIT))
+    fit_range_rates(z, 0, waveform, 1.0, 0.0, 1.0, 1, np.zeros((3, FIT)))

@@ -1,6 +1,7 @@
 """From the range-compressed image to averaged powers and correlation matrices (thesis 4.2-4.3, article eqs. 2-3)."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,19 +9,10 @@ from scipy import fft
 
 from wideberth.argument_checks import FloatArray
 from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.estimation.waveform import bin_phases
 from wideberth.sensors.radar.processing.averaged_power_kernels import add_powers
 from wideberth.sensors.radar.processing.range_compression import ComplexImage
-
-# Squares of the correlation of noise in bins 1 and 2 apart; beyond there is none.
-HANN_POWER_CORRELATION = (4.0 / 9.0, 1.0 / 36.0)
-
-
-def window_noise_gain(window: str) -> float:
-    """Return the noise power of a windowed bin over that of a rectangular one, a target's gain being 1.
-
-    1.5 (1.76 dB) with the Hann window.
-    """
-    return 1.5 if window == "hann" else 1.0
+from wideberth.sensors.radar.range_cells import cells_searched, migration_paths
 
 
 def _edges(config: RadarConfig, image: ComplexImage) -> tuple[ComplexImage, ComplexImage]:
@@ -81,17 +73,14 @@ def channel_powers(config: RadarConfig, image: ComplexImage, *, moving_target: b
     sweeps, channels, bins = image.shape
     if moving_target and sweeps < 2:
         raise ValueError("a moving-target filter needs 2 or more sweeps in a frame")
-    before, after = _edges(config, image)
+    left, right = (np.stack([e.T.real, e.T.imag], axis=2).astype(np.float64) for e in _edges(config, image))
     power = np.empty((channels, bins))
     mean = np.empty((channels, 2 * bins if moving_target else 0))
     adjacent = image if image.strides[2] == image.itemsize else np.ascontiguousarray(image)
     rows = adjacent.view(np.float32)
     hann = config.processing.window == "hann"
     for channel in range(channels):
-        left, right = (np.stack([e[:, channel].real, e[:, channel].imag], axis=1) for e in (before, after))
-        add_powers(
-            rows[:, channel], hann, left.astype(np.float64), right.astype(np.float64), power[channel], mean[channel]
-        )
+        add_powers(rows[:, channel], hann, left[channel], right[channel], power[channel], mean[channel])
     if not moving_target:
         return np.asarray(power / sweeps)
     still = (mean**2).reshape(channels, bins, 2).sum(axis=2) / sweeps
@@ -140,7 +129,7 @@ class DetectionPower:
     looks : float
         Independent powers in a mean.
     cells : int
-        Doppler cells and beams that are looked into.
+        Doppler cells, beams and paths that are looked into.
     """
 
     power: FloatArray
@@ -155,7 +144,8 @@ def detection_power(
 
     Noncoherent averaging on channels is the mean power of the channels (4.3). Coherent averaging looks at all Doppler
     cells of the frame, as a target's range rate is not known, and detection on beams at as many beams as there are
-    channels, at right angles to each other: the greatest counts.
+    channels, at right angles to each other: the greatest counts. So it does of the paths through range bins
+    (`range_cells.migration_paths`) if `config.migration_corrected`, each averaged along itself.
 
     Parameters
     ----------
@@ -173,27 +163,46 @@ def detection_power(
     """
     used, sweeps = int(channels.sum()), len(image)
     still_gone = config.processing.clutter_filter == "moving_target"
-    if config.averaging == "noncoherent" and config.detect_on == "channels":
+    paths = migration_paths(config, sweeps)
+    simple = config.averaging == "noncoherent" and config.detect_on == "channels"
+    if simple and len(paths) == 1:
         return DetectionPower(powers[channels].mean(axis=0), float(used * (sweeps - still_gone)), 1)
     values = windowed(config, image)
-    looks, cells = 1.0, 1
+    looks = 1.0
     if config.detect_on == "beam":
         # Channels left out are empty.
         grid = np.where(channels[:, None], values, 0).reshape(sweeps, config.array_rows, config.array_columns, -1)
         gain = np.float32(np.sqrt(config.channels / used))
         values = gain * fft.fft2(grid, axes=(1, 2), norm="ortho", workers=1).reshape(values.shape)
-        cells *= config.channels
     else:
         values = values[:, channels]
         looks *= used
+    if config.averaging == "noncoherent":
+        looks *= sweeps - still_gone
+    if simple:
+        values = (np.square(values.real) + np.square(values.imag)).mean(axis=1, keepdims=True)
+    elif len(paths) > 1:
+        values = values * bin_phases(config).astype(np.complex64)
+    bins = np.arange(values.shape[2])
+    power = np.zeros(len(bins))
+    for path in paths:
+        along = values
+        if path.any():
+            # Beyond the ends of the image it is mirrored: noise as good as any.
+            at = np.abs(bins + path[:, None])
+            at = np.minimum(at, 2 * (len(bins) - 1) - at)
+            along = np.take_along_axis(values, at[:, None], axis=2)
+        np.maximum(power, _greatest_power(config, along, still_gone, powers=simple), out=power)
+    return DetectionPower(power, looks, cells_searched(config, sweeps))
+
+
+def _greatest_power(config: RadarConfig, values: NDArray[Any], still_gone: bool, *, powers: bool) -> FloatArray:
+    """Return the averaged power of each bin in the cell that has most; `values` are powers of sweeps, or amplitudes."""
     if config.averaging == "coherent":
         values = fft.fft(values, axis=0, norm="ortho", workers=1)[1 if still_gone else 0 :]
-        cells *= len(values)
-    else:
-        looks *= sweeps - still_gone
-    power = np.square(values.real) + np.square(values.imag)
+    power = values if powers else np.square(values.real) + np.square(values.imag)
     if config.averaging == "noncoherent":
-        power = power.sum(axis=0, keepdims=True) / (sweeps - still_gone)
+        power = power.sum(axis=0, keepdims=True) / (len(values) - still_gone)
     if config.detect_on == "channels":
         power = power.mean(axis=1, keepdims=True)
-    return DetectionPower(power.max(axis=(0, 1)).astype(np.float64), looks, cells)
+    return np.asarray(power.max(axis=(0, 1)), dtype=np.float64)

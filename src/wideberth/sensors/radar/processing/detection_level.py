@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 
 from wideberth.argument_checks import FloatArray
 from wideberth.sensors.radar.config import RadarConfig
-from wideberth.sensors.radar.coverage import looks_and_gain_db
-from wideberth.sensors.radar.detection import detection_probability
-from wideberth.sensors.radar.link_budget import averaging_gain_db, snr_db
-from wideberth.sensors.radar.processing.averaging import DetectionPower, window_noise_gain
+from wideberth.sensors.radar.coverage import plot_probability
+from wideberth.sensors.radar.link_budget import averaging_gain_db
+from wideberth.sensors.radar.processing.averaging import DetectionPower
 from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics
 from wideberth.sensors.radar.processing.thresholds import (
     cell_averaging_level,
@@ -26,7 +25,6 @@ from wideberth.sensors.radar.processing.thresholds import (
 from wideberth.types import DetectionModel
 
 _MODEL_POINTS = 40
-_OFFSETS = (np.arange(8) + 0.5) / 16.0  # of targets from the middle of their bin
 
 
 def searched_bins(config: RadarConfig) -> slice:
@@ -157,33 +155,6 @@ def detection_model(config: RadarConfig) -> DetectionModel:
     DetectionModel
     """
     ranges = np.linspace(config.range_min_m, config.range_limit, _MODEL_POINTS)
-    looks, gain = looks_and_gain_db(config)
-    processing = config.processing
-    signal = snr_db(ranges, processing.reference_rcs_m2, config) + gain
-    signal = signal - 10.0 * np.log10(window_noise_gain(processing.window))
-    # The group's bins in order of distance from the target: the one farthest off decides.
-    away = np.where(
-        processing.group_bins % 2, processing.group_bins // 2 + _OFFSETS, processing.group_bins // 2 - _OFFSETS
-    )
-    loss = 20.0 * np.log10(np.maximum(_bin_response(processing.window, away), 1e-6))
-    cells = (config.averages if config.averaging == "coherent" else 1) * (
-        config.channels if config.detect_on == "beam" else 1
-    )
-    if config.snr_threshold_db is not None:
-        total = signal[:, None] + loss + averaging_gain_db(looks)
-        probability = np.mean(total >= config.snr_threshold_db, axis=1)
-    else:
-        p_fa = per_cell(
-            np.interp(ranges / config.range_bin, np.arange(config.range_bins), false_alarm_probabilities(config)), cells
-        )
-        swerling = config.swerling
-        probability = detection_probability(signal[:, None] + loss, p_fa[:, None], swerling, looks=looks).mean(axis=1)
+    p_fa = np.interp(ranges / config.range_bin, np.arange(config.range_bins), false_alarm_probabilities(config))
+    probability = plot_probability(ranges, config.processing.reference_rcs_m2, 0.0, config, p_fa=p_fa)
     return DetectionModel(ranges, np.clip(probability, 0.0, 1.0))
-
-
-def _bin_response(window: str, away: FloatArray) -> FloatArray:
-    """Return the magnitude of a bin so far from a target, the target's own power being 1."""
-    response = np.sinc(away)
-    if window == "hann":
-        response = response + 0.5 * (np.sinc(away - 1.0) + np.sinc(away + 1.0))
-    return np.abs(response)

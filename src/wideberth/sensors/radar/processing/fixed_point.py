@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from wideberth.argument_checks import FloatArray
-from wideberth.sensors.radar.config import FixedPointConfig, RadarConfig
+from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.link_budget import noise_power
+from wideberth.sensors.radar.processing.config import FixedPointConfig
 from wideberth.sensors.radar.processing.range_compression import ComplexImage
 
 _ADC_BITS = 12  # of the board in the thesis

@@ -18,8 +18,9 @@ from wideberth.argument_checks import FINITE, FloatArray, checked
 from wideberth.errors import InputError
 from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
-from wideberth.sensors.radar.estimation.plots import Estimates, estimate_plots
-from wideberth.sensors.radar.processing.averaging import detection_power, moving_targets, window_noise_gain
+from wideberth.sensors.radar.estimation.echoes import Estimates
+from wideberth.sensors.radar.estimation.plots import estimate_plots
+from wideberth.sensors.radar.processing.averaging import detection_power, moving_targets
 from wideberth.sensors.radar.processing.detection_level import detection_model, detection_threshold, searched_bins
 from wideberth.sensors.radar.processing.frame_powers import frame_image, frame_powers
 from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics, theoretical_noise
@@ -27,6 +28,7 @@ from wideberth.sensors.radar.processing.peak_detection import BinGroups, IntArra
 from wideberth.sensors.radar.processing.printed_estimator import estimate_printed
 from wideberth.sensors.radar.processing.range_compression import checked_samples
 from wideberth.sensors.radar.processing.sample_checks import usable_samples
+from wideberth.sensors.radar.range_cells import window_noise_gain
 from wideberth.types import Scan, SensorHealth
 
 _DEAD = 0.1  # of the noise: less is no channel's, whatever its gain did
@@ -116,7 +118,8 @@ def process_frame(
     """
     values = checked_samples(radar, samples)
     statistics = _theoretical(radar) if noise is None else noise
-    statistics.check(radar)
+    if noise is not None:
+        noise.check(radar)
     usable = usable_samples(radar, values)
     image = frame_image(radar, values[usable.sweeps])
     powers, looks = frame_powers(radar, image)
@@ -158,7 +161,8 @@ def _alive(
     """Return the usable channels that hear noise at all, and of which the noise is known."""
     known = noise[:, searched].min(axis=1) > 0.0
     some = slice(searched.start, searched.stop, max((searched.stop - searched.start) // _SOME_BINS, 1))
-    heard = np.median(powers[:, some], axis=1) >= _DEAD * np.median(noise[:, some], axis=1)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        heard = np.median(powers[:, some] / noise[:, some], axis=1) >= _DEAD
     rejects["channel_without_noise"] = int(np.count_nonzero(usable & ~known))
     rejects["channel_dead"] = int(np.count_nonzero(usable & known & ~heard))
     alive = usable & known & heard

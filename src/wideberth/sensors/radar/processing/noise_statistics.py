@@ -22,10 +22,10 @@ from wideberth.argument_checks import FINITE, POSITIVE, FloatArray, checked
 from wideberth.errors import InputError
 from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.link_budget import noise_power
-from wideberth.sensors.radar.processing.averaging import HANN_POWER_CORRELATION, window_noise_gain
 from wideberth.sensors.radar.processing.frame_powers import frame_image, frame_powers
 from wideberth.sensors.radar.processing.range_compression import checked_samples
 from wideberth.sensors.radar.processing.sample_checks import usable_samples
+from wideberth.sensors.radar.range_cells import HANN_POWER_CORRELATION, window_noise_gain
 
 FILE_VERSION = 1
 _ARRAYS = ("version", "power", "samples", "fingerprint", "created", "level_time", "level_variance")

@@ -8,10 +8,11 @@ from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.estimation.beamforming import conventional_spectrum, direction_grid, mvdr_spectrum
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.estimation.cramer_rao import bounds
-from wideberth.sensors.radar.estimation.plots import Estimates
-from wideberth.sensors.radar.processing.averaging import correlation_matrices, window_noise_gain, windowed
+from wideberth.sensors.radar.estimation.echoes import Estimates
+from wideberth.sensors.radar.processing.averaging import correlation_matrices, windowed
 from wideberth.sensors.radar.processing.peak_interpolation import RangeSpread, parabola_offset
 from wideberth.sensors.radar.processing.range_compression import ComplexImage
+from wideberth.sensors.radar.range_cells import window_noise_gain
 
 _BIN_ERROR = 0.1  # of the corrected parabola, bins
 _LEAST_SNR = 0.1

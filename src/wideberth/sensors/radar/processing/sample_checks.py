@@ -11,6 +11,8 @@ from wideberth.errors import InputError
 from wideberth.sensors.radar.config import RadarConfig
 
 _EVERY = 7  # samples that are counted: a share of a tenth is had well enough
+_GLANCE = 8  # of those, for a first look that tells the usual channel, without clipped samples, from others
+_ENOUGH = 1000  # samples for that look
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,9 +91,14 @@ def _clipped(
 ) -> NDArray[np.bool_]:
     clipped = np.zeros(parts.shape[1], np.bool_)
     share = config.processing.clipped_share
-    # Samples are counted only where many sweeps reach the same extreme.
+    # Samples are counted only where many sweeps reach the same extreme, and where some do not tell enough.
     often = min(1.0, share) * len(parts)
-    for channel in np.flatnonzero((at_top.sum(axis=0) + at_bottom.sum(axis=0)) >= max(often, 1.0)):
+    suspect = at_top.sum(axis=0) + at_bottom.sum(axis=0) >= max(often, 1.0)
+    some = parts[:, :, :: _EVERY * _GLANCE]
+    if some.shape[0] * some.shape[2] >= _ENOUGH:
+        extreme = (some == top[:, None]) | (some == bottom[:, None])
+        suspect &= np.count_nonzero(extreme, axis=(0, 2)) >= 0.5 * share * some.shape[0] * some.shape[2]
+    for channel in np.flatnonzero(suspect):
         values = parts[:, channel, ::_EVERY]
         extreme = np.count_nonzero((values == top[channel]) | (values == bottom[channel]))
         clipped[channel] = extreme > share * values.size

@@ -10,7 +10,7 @@ from wideberth.sensors.radar.array import steering_vector
 from wideberth.sensors.radar.config import SPEED_OF_LIGHT, RadarConfig
 from wideberth.sensors.radar.link_budget import noise_power, pattern_loss_db, snr_db
 from wideberth.sensors.radar.sweeps.paths import Paths, RadarTarget
-from wideberth.sensors.radar.sweeps.receiver import coupling_matrix, if_response
+from wideberth.sensors.radar.sweeps.receiver import channel_response, if_response
 
 
 def amplitude_at_a_metre(config: RadarConfig) -> float:
@@ -121,4 +121,4 @@ def beats(
         gains = np.concatenate([gains, np.full((n_sweeps, 1, config.channels), leaked)], axis=1)
     middle = phases[..., 1] + phases[..., 2] * config.samples_per_sweep
     filtered = if_response(config, middle * config.sampling_frequency)
-    return phases, filtered[..., None] * (gains @ coupling_matrix(config).T)
+    return phases, filtered[..., None] * (gains @ channel_response(config).T)

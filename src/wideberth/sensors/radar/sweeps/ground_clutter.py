@@ -13,7 +13,7 @@ from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.link_budget import pattern_loss_db
 from wideberth.sensors.radar.sweeps.beats import amplitude_at_a_metre
 from wideberth.sensors.radar.sweeps.paths import levelling
-from wideberth.sensors.radar.sweeps.receiver import Samples, coupling_matrix, if_response
+from wideberth.sensors.radar.sweeps.receiver import Samples, channel_response, if_response
 
 _PER_BIN = 4  # places of scatterers in a range bin
 _PER_PLACE = 2  # scatterers in each, at any azimuths
@@ -148,6 +148,6 @@ def _ground(config: RadarConfig, clutter: GroundClutter) -> _Ground:
     strength = strength * if_response(config, distance / config.range_bin / (config.sweep_time_ms * 1e-3))
     strength = strength[:, None] * 10.0 ** (-pattern_loss_db(azimuth, elevation, config) / 10.0)
     amplitude = (strength * scatter)[..., None] * (
-        steering_vector(config, azimuth, elevation) @ coupling_matrix(config).T
+        steering_vector(config, azimuth, elevation) @ channel_response(config).T
     )
     return _Ground(amplitude.astype(np.complex64), phase, speed)

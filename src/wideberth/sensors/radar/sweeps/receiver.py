@@ -1,4 +1,4 @@
-"""The receiver of a simulated radar: coupling of its channels, IF filter, noise, A/D converter.
+"""The receiver of a simulated radar: coupling of its channels, their gains and phases, IF filter, noise, A/D converter.
 
 Samples are volts across 1 ohm at the receiver's input. Noise comes in behind the coupling and before the filter.
 """
@@ -41,6 +41,28 @@ def coupling_matrix(config: RadarConfig) -> NDArray[np.complex128]:
     exchange = np.arcsin(10.0 ** (level / 20.0)) * (distance.min() / distance) ** 2
     values, vectors = np.linalg.eigh(exchange)
     return np.asarray((vectors * np.exp(-1j * values)) @ vectors.T)
+
+
+def channel_response(config: RadarConfig) -> NDArray[np.complex128]:
+    """Return what the channels make of a wave: coupling, and then gains and phases that are not equal.
+
+    The mean power of the channels stays that of the link budget.
+
+    Parameters
+    ----------
+    config : RadarConfig
+
+    Returns
+    -------
+    ndarray of complex, shape (channels, channels)
+        The samples are this matrix times those of equal channels without coupling.
+    """
+    receiver = config.receiver
+    draws = np.random.default_rng([receiver.channel_seed, config.channels]).standard_normal((2, config.channels))
+    gains = 10.0 ** (receiver.channel_gain_spread_db * draws[0] / 20.0)
+    gains /= np.sqrt(np.mean(gains**2))
+    turned = gains * np.exp(1j * np.radians(receiver.channel_phase_spread_deg) * draws[1])
+    return np.asarray(turned[:, None] * coupling_matrix(config))
 
 
 def if_response(config: RadarConfig, frequency: ArrayLike) -> FloatArray:

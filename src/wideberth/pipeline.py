@@ -151,7 +151,8 @@ class Pipeline:
         ownship, told = self._navigation.step(t, ownship)
         sure = ownship.state == "ok"
         found, events = self._tracker.step(t, scans, ownship if sure else None)
-        tracks = self._own.step(found, ownship.position, sure)
+        radars = [scan.sensor_position for scan in scans if scan.kind.startswith("radar")]
+        tracks = self._own.step(found, ownship.position, sure, radars)
         # Not all trackers merge tracks.
         absorbed: Mapping[str, str] = getattr(self._tracker, "absorbed", {})
         lost = self._lost.step(t, tracks, absorbed)

@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.unit.test_pipeline import MISSION, FakeDetector, FakePlanner, FakeTracker, ownship, pipeline, scan, track
 from wideberth.tracking.lost_traffic import LostTraffic
-from wideberth.tracking.own_tracks import HOLD_RADIUS, OwnTracks
+from wideberth.tracking.own_tracks import HOLD_RADIUS, NEWBORN, OwnTracks
 from wideberth.types import AlertLevel
 
 ORIGIN = np.zeros(3)
@@ -78,3 +78,49 @@ def test_the_tracker_is_told_of_the_ownship():
     tracker = Listens()
     pipeline(tracker).step(3.0, ownship(3), [scan(3.0)], MISSION)
     assert tracker.told is not None and tracker.told.t == 3
+
+
+GROUND = np.array([0.0, 0.0, 200.0])
+
+
+def newborn(own_tracks, *tracks, radar=GROUND, sure=True):
+    return [one.is_ownship for one in own_tracks.step(tracks, ORIGIN, sure, [radar])]
+
+
+def test_a_track_that_begins_at_the_ownship_is_ours_for_a_while():
+    own = OwnTracks()
+    assert newborn(own, at(0.0, HOLD_RADIUS - 1.0), at(0.0, HOLD_RADIUS + 1.0, name="8")) == [True, False]
+    assert newborn(own, at(NEWBORN - 0.1, 20.0), at(0.1, 20.0, name="8")) == [True, False]
+    # Away from us, or too long without being found ours, it is somebody else.
+    assert newborn(own, at(NEWBORN - 0.05, HOLD_RADIUS + 1.0)) == [False]
+    assert newborn(own, at(NEWBORN, 20.0)) == [False]
+
+
+def test_a_newborn_track_is_not_ours_beside_one_that_is_and_has_news():
+    own = OwnTracks()
+    assert newborn(own, at(0.0, 2.0, True)) == [True]
+    assert newborn(own, at(0.1, 2.0, True), at(0.1, 10.0, name="8")) == [True, False]
+    # The own track has lagged: it stays ours by nearness, and has news.
+    assert newborn(own, at(0.2, 20.0), at(0.2, 10.0, name="8")) == [True, False]
+    # Without news of it, what begins here is ours too.
+    stale = dataclasses.replace(at(0.3, 90.0), t_last_update=0.2)
+    assert newborn(own, stale, at(0.3, 10.0, name="9")) == [True, True]
+
+
+def test_a_newborn_track_without_news_stays_ours_when_another_one_is_found():
+    own = OwnTracks()
+    first = at(0.0, 3.0)
+    assert newborn(own, first) == [True]
+    stale = dataclasses.replace(at(0.1, 4.0), t_last_update=first.t_last_update)
+    assert newborn(own, stale, at(0.1, 2.0, True, "8")) == [True, True]
+    assert newborn(own, at(0.2, 4.0), at(0.2, 2.0, True, "8")) == [False, True]
+
+
+def test_a_radar_on_board_sees_nobody_who_is_us():
+    own = OwnTracks()
+    assert newborn(own, at(0.0, 10.0), radar=ORIGIN) == [False]
+    assert marks(own, at(0.1, 10.0)) == [False]
+
+
+def test_a_newborn_track_is_not_ours_while_our_place_is_not_known():
+    assert newborn(OwnTracks(), at(0.0, 10.0), sure=False) == [False]

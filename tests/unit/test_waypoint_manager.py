@@ -211,6 +211,52 @@ def test_hypotheses_and_widening():
     assert sorted(rows[:, 5]) == [-2.0, 0.0, 0.0, 2.0]
 
 
+def test_one_who_climbs_may_level_off():
+    climbing = tracks_of(Straight([([0.0, 0.0, -150.0], [-15.0, 0.0, -2.0])]).truth(0.0))
+    level = tracks_of(Straight([([0.0, 0.0, -150.0], [-15.0, 0.0, -0.05])]).truth(0.0))
+    predictor = Predictor(AStarConfig(level_hypothesis=True))
+    assert predictor.predict(0.0, own(), climbing)[0].rows[:, 5].tolist() == [-2.0, 0.0]
+    assert len(predictor.predict(0.0, own(), level)[0].rows) == 1
+    assert len(Predictor(AStarConfig()).predict(0.0, own(), climbing)[0].rows) == 1
+
+
+def test_a_maneuver_ends_early_once_the_straight_way_back_is_free():
+    """The intruders turn away after 8 s: the ownship need not fly round where they would have been."""
+
+    def gone(truth, noise, rng):
+        return tracks_of(truth) if truth.t < 8.0 else []
+
+    def once_more(truth, noise, rng):
+        return tracks_of(truth) if truth.t < 8.0 or 9.0 < truth.t < 9.2 else []
+
+    flown = fly(SCENARIO_1, see=gone, constant_altitude=True, return_after_s=2.0)
+    late = fly(SCENARIO_1, see=once_more, constant_altitude=True, return_after_s=2.0)
+    whole = fly(SCENARIO_1, see=gone, constant_altitude=True, return_after_s=1e6)
+    assert flown.counters["returned"] == late.counters["returned"] == 1 and whole.counters["returned"] == 0
+    assert flown.events.count("the straight way back to the mission is free") == 1
+    back = flown.maneuvers[-1]
+    assert 10.0 - 1e-6 <= back.t < 10.2 and len(back.waypoints) == 1 and not back.least_bad
+    np.testing.assert_allclose(back.waypoints[-1], SCENARIO_1[0][-1])
+    # It must be free for so long without a break.
+    assert late.maneuvers[-1].t > back.t + 0.9
+    assert flown.done and flown.ratio < whole.ratio - 0.02
+
+
+def test_nobody_returns_through_those_who_are_avoided():
+    flown = fly(SCENARIO_1, constant_altitude=True, return_after_s=0.0)
+    assert flown.violated == 0.0 and flown.done
+
+
+def test_a_path_that_is_not_free_is_kept_unless_another_is_much_better():
+    beside = [([-390.0, 60.0, -200.0], [11.0, 0.0, 0.0])]
+    changes = []
+    for share in (1.0, 0.25):
+        flown = fly((SCENARIO_1[0], beside), noise=(5.0, 0.7), constant_altitude=True, replace_share=share)
+        assert any(maneuver.least_bad for maneuver in flown.maneuvers) and flown.done
+        changes.append(len(flown.maneuvers))
+    assert changes[1] < changes[0]
+
+
 def test_presets_are_the_tables_and_any_value_can_be_given():
     table = AStarConfig()
     assert (table.costs.k_alt, table.costs.k_r, table.costs.varrho) == (559.0, 500.0, 2.3)

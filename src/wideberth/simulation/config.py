@@ -183,8 +183,12 @@ class IntruderConfig(PartConfig):
     """A simulated aircraft: on a straight course from a position, through legs and straight on, or along waypoints.
 
     `rcs_m2` is its mean radar cross-section: about 1 m2 is a light aircraft, 0.1 m2 a large drone. One that does not
-    broadcast (`broadcasts = false`) has no ADS-B: only radars see it.
+    broadcast (`broadcasts = false`) has no ADS-B: only radars see it. With `kind = "jsbsim"` an `aircraft` of JSBSim's
+    library (``c172p``) flies the path that is described, with its own dynamics.
     """
+
+    kind: Literal["path", "jsbsim"] = "path"
+    aircraft: Annotated[str, Field(pattern=r"^[A-Za-z0-9_.-]+$", max_length=64)] | None = None
 
     address: Annotated[str, Field(pattern=r"^[0-9a-f]{6}$")]
     callsign: str | None = None
@@ -215,6 +219,14 @@ class IntruderConfig(PartConfig):
             _check_speeds(self.waypoints, self.speed_mps)
         elif not straight:
             raise ValueError("give position, course_deg and speed_mps, or waypoints")
+        return self
+
+    @model_validator(mode="after")
+    def _aircraft_is_named(self) -> Self:
+        if self.kind == "jsbsim" and self.aircraft is None:
+            raise ValueError('kind "jsbsim" needs an aircraft of its library, such as "c172p"')
+        if self.kind != "jsbsim" and self.aircraft is not None:
+            raise ValueError('aircraft goes with kind = "jsbsim"')
         return self
 
     def velocity(self) -> FloatArray:

@@ -1,4 +1,4 @@
-"""Simulated traffic: intruders on straight courses, or on waypoints flown by the point mass."""
+"""Simulated traffic: straight courses, legs, waypoints flown by the point mass, and aircraft flown by JSBSim."""
 
 import math
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from wideberth.frames import LocalFrame
 from wideberth.simulation.config import IntruderConfig, SimulatedTrafficConfig, path_arrays
+from wideberth.simulation.jsbsim_flight import Flight, JsbsimFlight
 from wideberth.simulation.legs import Leg, LegFlight
 from wideberth.simulation.truth import Truth
 from wideberth.types import FloatArray
@@ -134,7 +135,12 @@ class _PathFlight:
         self._states = np.concatenate([self._states, new])
 
 
-def _flight(config: IntruderConfig, frame: LocalFrame, wind: FloatArray) -> "_StraightFlight | _PathFlight | LegFlight":
+def _flight(config: IntruderConfig, frame: LocalFrame, wind: FloatArray) -> Flight:
+    flight = _described(config, frame, wind)
+    return flight if config.aircraft is None else JsbsimFlight(config.aircraft, flight, frame, wind)
+
+
+def _described(config: IntruderConfig, frame: LocalFrame, wind: FloatArray) -> Flight:
     if config.waypoints:
         return _path(config, frame, wind)
     return _legs(config, frame) if config.legs else _line(config, frame)

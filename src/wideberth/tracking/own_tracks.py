@@ -1,11 +1,15 @@
 """The ownship's own tracks, beyond the moment: what was the ownship a second ago has not become an intruder."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from wideberth.types import FloatArray, Track
+
+NEWBORN = 4.0
+"""For so long a track that begins within `HOLD_RADIUS` of the ownship may be its own, s."""
 
 HOLD_RADIUS = 30.0
 """A track that was the ownship's stays so this near to it, m, unless another track is found to be the ownship's."""
@@ -18,12 +22,25 @@ class OwnTracks:
     longer; once the radar loses it, it flies straight on. Taken as an intruder, either would be fled from, in ever
     harder turns. So a track that was the ownship's stays so while it has not been updated since, and while it is within
     `HOLD_RADIUS`, where an intruder would long have been avoided under a track of its own.
+
+    A radar that stands elsewhere sees the ownship and begins a track of it, whose first states may be too poor for
+    telemetry to explain them. So one that begins within `HOLD_RADIUS` is taken as the ownship's for `NEWBORN` seconds,
+    while no track with news as late is.
     """
 
     def __init__(self) -> None:
         self._updated: dict[str, float] = {}
+        self._began: dict[str, tuple[float, bool]] = {}  # when each track did, and whether near the ownship
+        self._newborn_updated: dict[str, float] = {}  # of those taken as the ownship's for being newborn
+        self._seen_from_elsewhere = False
 
-    def step(self, tracks: Sequence[Track], own_position: FloatArray, sure: bool = True) -> tuple[Track, ...]:
+    def step(
+        self,
+        tracks: Sequence[Track],
+        own_position: FloatArray,
+        sure: bool = True,
+        radars: Sequence[FloatArray] = (),
+    ) -> tuple[Track, ...]:
         """Return the tracks, with those marked that are still the ownship's.
 
         Parameters
@@ -34,18 +51,56 @@ class OwnTracks:
             NED, m.
         sure : bool
             Whether that place is known; otherwise what was the ownship's stays so.
+        radars : sequence of ndarray, shape (3,)
+            Where the radars of the step's scans stood, NED, m.
         """
         found = any(track.is_ownship for track in tracks)
+        distances = [float(np.linalg.norm(track.position - own_position)) for track in tracks]
+        newborn = self._newborn(tracks, distances, own_position, sure, radars)
         before, self._updated = self._updated, {}
         marked = []
-        for track in tracks:
+        for track, distance in zip(tracks, distances, strict=True):
             was = track.id in before
             seen = was and track.t_last_update != before[track.id]
-            near = bool(np.linalg.norm(track.position - own_position) <= HOLD_RADIUS) if was and not found else False
+            near = was and not found and distance <= HOLD_RADIUS
             own = track.is_ownship or (was and (near or not seen or not sure))
             if own:
                 self._updated[track.id] = (
                     track.t_last_update if track.is_ownship or near or not sure else before[track.id]
                 )
+            if track.id in newborn:
+                own, self._newborn_updated[track.id] = True, track.t_last_update
+            # Without news it is still nobody else.
+            own = own or self._newborn_updated.get(track.id) == track.t_last_update
             marked.append(dataclasses.replace(track, is_ownship=True) if own and not track.is_ownship else track)
         return tuple(marked)
+
+    def _newborn(
+        self,
+        tracks: Sequence[Track],
+        distances: Sequence[float],
+        own_position: FloatArray,
+        sure: bool,
+        radars: Sequence[FloatArray],
+    ) -> set[str]:
+        """Return the tracks that have just begun at the ownship, with later news than those that are the ownship's."""
+        # A radar on board never sees the ownship: what begins near it there is somebody else.
+        if sure and any(np.linalg.norm(radar - own_position) > HOLD_RADIUS for radar in radars):
+            self._seen_from_elsewhere = True
+        self._began = {
+            track.id: self._began.get(track.id, (track.t, distance <= HOLD_RADIUS))
+            for track, distance in zip(tracks, distances, strict=True)
+        }
+        self._newborn_updated = {name: t for name, t in self._newborn_updated.items() if name in self._began}
+        if not (self._seen_from_elsewhere and sure):
+            return set()
+        own = (track.t_last_update for track in tracks if track.is_ownship or track.id in self._updated)
+        news = max(own, default=-math.inf)
+        return {
+            track.id
+            for track, distance in zip(tracks, distances, strict=True)
+            if self._began[track.id][1]
+            and distance <= HOLD_RADIUS
+            and track.t - self._began[track.id][0] < NEWBORN
+            and track.t_last_update > news
+        }

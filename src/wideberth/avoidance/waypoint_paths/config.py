@@ -158,6 +158,11 @@ class AStarConfig(PartConfig):
         Time between decisions.
     settle_s, urgent_s : float
         A new maneuver is not replaced for so long, unless a cylinder is entered within `urgent_s`.
+    replace_share : float
+        A maneuver flagged as the least bad is replaced by another that is not free only if that is in cylinders for at
+        most so much of the time.
+    return_after_s : float
+        A maneuver ends early once the straight way back to the mission has been free for so long.
     cell_m, cell_height_m : float
         Least size of a cell, and the size of a level. Cells grow where the ownship cannot turn within one, levels
         shrink where it cannot climb one within a cell.
@@ -178,6 +183,8 @@ class AStarConfig(PartConfig):
         Plan in one level, and leave heights out of it: everybody is taken as at the ownship's altitude (thesis 5.3).
     turn_hypothesis, climb_hypothesis_mps : bool, float
         Also expect that a turn seen now goes on for `turn_time_s`; that an intruder begins to climb or sink so fast.
+    level_hypothesis : bool
+        Also expect that an intruder that climbs or sinks levels off: climb rates are the least that tracks know.
     turn_significance, turn_time_s : float
         Standard deviations of lateral acceleration that make a turn believed.
     tentative : bool
@@ -208,6 +215,8 @@ class AStarConfig(PartConfig):
     decision_period_s: float = Field(0.1, gt=0, le=10)
     settle_s: float = Field(3.0, ge=0)
     urgent_s: float = Field(10.0, ge=0)
+    replace_share: float = Field(0.25, gt=0, le=1)
+    return_after_s: float = Field(2.0, ge=0)
     cell_m: float = Field(gt=0)
     cell_height_m: float = Field(gt=0)
     reach_cells: int = Field(16, ge=2, le=60)
@@ -222,6 +231,7 @@ class AStarConfig(PartConfig):
     constant_altitude: bool
     turn_hypothesis: bool = False
     climb_hypothesis_mps: float = Field(0.0, ge=0, le=50)
+    level_hypothesis: bool = False
     turn_significance: float = Field(1.5, ge=0)
     turn_time_s: float = Field(20.0, ge=0)
     tentative: bool = False

@@ -56,7 +56,12 @@ class JudgedPath:
     @property
     def length(self) -> float:
         """Length, m."""
-        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+        return path_length(self.points)
+
+
+def path_length(points: FloatArray) -> float:
+    """Return the length of a path of places (n, 3), m."""
+    return float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
 
 
 class PathPlanner:
@@ -154,6 +159,30 @@ class PathPlanner:
         if not self._allowed(points, times, course, limits):
             return None
         return self._judged(points, times, prediction, cell)
+
+    def way_back(
+        self, start: FloatArray, course: float, goal: FloatArray, rest: FloatArray, limits: Limits,
+        prediction: Prediction,
+    ) -> JudgedPath | None:  # fmt: skip
+        """Return the straight way to a goal on the mission, if it can be flown and it and what follows meet nobody.
+
+        Parameters
+        ----------
+        start, goal : ndarray, shape (3,)
+            Local NED, m.
+        course : float
+            Of the ownship, rad; NaN where it hardly moves.
+        rest : ndarray, shape (n, 3)
+            The mission's waypoints after the goal.
+        limits : Limits
+        prediction : Prediction
+            The cylinders are kept clear of as by plans (`plan_margin`), so that no new conflict is found at once.
+        """
+        path = self.judge(np.vstack([start, goal]), limits.speed, prediction)
+        if not self._allowed(path.points, path.times, course, limits):
+            return None
+        whole = self.judge(np.vstack([path.points, rest]), limits.speed, prediction)
+        return path if self._inside(whole, 1.0 + self._config.plan_margin, prediction) == 0.0 else None
 
     def _with_corners_cut(self, path: JudgedPath, course: float, limits: Limits, prediction: Prediction) -> JudgedPath:
         """Return the path without the waypoints that it can do without: it stays as clear as planned."""

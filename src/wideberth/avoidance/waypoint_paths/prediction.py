@@ -11,6 +11,7 @@ from wideberth.avoidance.waypoint_paths.config import AStarConfig
 from wideberth.types import FloatArray, Ownship, Track, TrackStatus
 
 _TURN_SPEED_MIN = 1.0  # m/s: slower than this nothing is said to turn
+_LEVEL = 0.1  # m/s: who climbs or sinks no faster than this is level
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -118,6 +119,10 @@ class Predictor:
                 turning = row.copy()
                 turning[ik.TURN_RATE], turning[ik.TURN_TIME] = rate, config.turn_time_s
                 rows.append(turning)
+        if config.level_hypothesis and abs(row[ik.V_DOWN]) > _LEVEL:
+            level = row.copy()
+            level[ik.V_DOWN] = 0.0
+            rows.append(level)
         if config.climb_hypothesis_mps > 0.0 and not config.constant_altitude:
             for change in (-config.climb_hypothesis_mps, config.climb_hypothesis_mps):
                 climbing = row.copy()

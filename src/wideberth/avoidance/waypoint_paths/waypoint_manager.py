@@ -11,7 +11,7 @@ from wideberth.avoidance.keep_out.volumes import keep_out_arrays
 from wideberth.avoidance.local_level import ground_state
 from wideberth.avoidance.waypoint_paths.astar import Limits, cell_size
 from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
-from wideberth.avoidance.waypoint_paths.path_planner import JudgedPath, PathPlanner
+from wideberth.avoidance.waypoint_paths.path_planner import JudgedPath, PathPlanner, path_length
 from wideberth.avoidance.waypoint_paths.prediction import Prediction, Predictor
 from wideberth.avoidance.wording import describe_maneuver
 from wideberth.conflict.cylinder_kernels import near_now
@@ -22,6 +22,7 @@ _EPSILON = 1e-6  # s, so that a period of 0.1 s is met by steps of 0.1 s
 _SAME_PLACE = 1.0  # m
 _HOVERING = 0.3  # of the wanted speed: slower than this the ownship may begin in any direction
 _LATE = 1.5  # a maneuver may take so many times its planned time
+_SHORTER = 0.98  # of the way left: what is shorter by less is not worth a change
 
 
 class AStarPlanner:
@@ -29,7 +30,8 @@ class AStarPlanner:
 
     While flying the mission its remaining waypoints are judged, during a maneuver those of the maneuver not yet visited
     and the mission after them. `detections_needed` consecutive conflicts begin a maneuver or replace the rest of it.
-    A maneuver ends at the mission; it is replaced only by a path that meets less.
+    A maneuver ends at the mission, or once the straight way back has been free for a while; it is replaced only by a
+    path that meets less.
 
     Parameters
     ----------
@@ -48,7 +50,7 @@ class AStarPlanner:
         keep_outs = keep_out_arrays(config.keep_out, config.keep_out_margin_m)
         self._planner = PathPlanner(config, keep_outs, self._with_chain)
         self._t_decided = -math.inf
-        self._counts = {"planned": 0, "replanned": 0, "kept": 0, "least_bad": 0, "no_waypoints_left": 0}
+        self._counts = {"planned": 0, "replanned": 0, "kept": 0, "least_bad": 0, "returned": 0, "no_waypoints_left": 0}
         self._forget()
 
     @property
@@ -63,6 +65,7 @@ class AStarPlanner:
         self._rejoin = 0  # the mission's waypoint after it
         self._cell = 0.0
         self._detections = 0
+        self._free_since = math.inf  # when the straight way back was first seen to be free
 
     def decide(
         self, t: float, ownship: Ownship, tracks: Sequence[Track], threats: Sequence[Threat], mission: Mission
@@ -104,8 +107,9 @@ class AStarPlanner:
         kept = self._planner.judge(self._remaining(x, mission), limits.speed, prediction, self._cell)
         if not self._is_conflict(kept, ownship, prediction):
             self._detections = 0
-            return self._maneuver, events
+            return self._maneuver, (*events, *self._cut_short(t, x, limits, prediction, mission))
         self._detections += 1
+        self._free_since = math.inf
         if self._detections < self._config.detections_needed or not self._may_replace(t, kept):
             return self._maneuver, events
         self._detections = 0
@@ -138,6 +142,34 @@ class AStarPlanner:
             for entry, row in zip(path.entries, prediction.rows, strict=True)
         )
 
+    def _cut_short(
+        self, t: float, x: FloatArray, limits: Limits, prediction: Prediction, mission: Mission
+    ) -> tuple[str, ...]:
+        """Replace the rest of a maneuver by the straight way back to the mission, once that has been free for long."""
+        maneuver = self._maneuver
+        if maneuver is None or t - maneuver.t < self._config.return_after_s or len(self._path) - self._index < 2:
+            return ()
+        goal, rejoin = self._goals(x, limits, mission)[0]
+        left = path_length(_distinct(x[:3], self._path[self._index :], mission.waypoints[self._rejoin :]))
+        rest = mission.waypoints[rejoin:]
+        back = None
+        if path_length(_distinct(x[:3], goal[np.newaxis], rest)) < _SHORTER * left:
+            back = self._planner.way_back(x[:3].copy(), self._course(x, limits), goal, rest, limits, prediction)
+        if back is None:
+            self._free_since = math.inf
+            return ()
+        self._free_since = min(self._free_since, t)
+        if t - self._free_since < self._config.return_after_s - _EPSILON:
+            return ()
+        self._counts["returned"] += 1
+        event = "the straight way back to the mission is free"
+        self._fly(t, back, rejoin, event, maneuver.threat_ids)
+        return (event,)
+
+    def _course(self, x: FloatArray, limits: Limits) -> float:
+        """Return the course that a path has to begin with, rad; NaN where the ownship hardly moves."""
+        return float(x[4]) if x[3] > _HOVERING * limits.speed else math.nan
+
     def _may_replace(self, t: float, kept: JudgedPath) -> bool:
         maneuver = self._maneuver
         return maneuver is None or t - maneuver.t >= self._config.settle_s or kept.entry <= self._config.urgent_s
@@ -153,7 +185,7 @@ class AStarPlanner:
         kept: JudgedPath,
         events: tuple[str, ...],
     ) -> tuple[Maneuver | None, tuple[str, ...]]:
-        course = float(x[4]) if x[3] > _HOVERING * limits.speed else math.nan
+        course = self._course(x, limits)
         new: JudgedPath | None = None
         (goal, rejoin), *others = self._goals(x, limits, mission)
         if self._maneuver is not None:
@@ -171,7 +203,10 @@ class AStarPlanner:
                 if farther is not None and (new is None or farther.inside < new.inside):
                     new, (goal, rejoin) = farther, others[0]
         ahead = self._planner.judge(_up_to(kept, goal), limits.speed, prediction, kept.cell)
-        if new is None or new.inside >= ahead.inside:
+        # Between paths that are not free the one begun is worth more: changing the sense takes time. The first is said.
+        least_bad = self._maneuver is not None and self._maneuver.least_bad
+        share = self._config.replace_share if least_bad else 1.0
+        if new is None or new.inside >= ahead.inside or (not new.free and new.inside > share * ahead.inside):
             # Nothing better than flying on; the conflict may lie beyond the goal, and is left for when that is passed.
             if self._maneuver is not None or ahead.free:
                 self._counts["kept"] += 1
@@ -231,17 +266,21 @@ class AStarPlanner:
         )
         self._counts["planned" if self._maneuver is None else "replanned"] += 1
         self._counts["least_bad"] += not path.free
+        return self._fly(t, path, rejoin, reason, tuple(involved)), (*events, reason)
+
+    def _fly(self, t: float, path: JudgedPath, rejoin: int, reason: str, threat_ids: tuple[str, ...]) -> Maneuver:
         self._maneuver = Maneuver(
             t=t,
             waypoints=path.points[1:].copy(),
             times=t + path.times[1:],
             reason=reason,
             valid_until=t + _LATE * float(path.times[-1]) + 5.0,
-            threat_ids=tuple(involved),
+            threat_ids=threat_ids,
             least_bad=not path.free,
         )
         self._path, self._index, self._rejoin, self._cell = path.points, 1, rejoin, path.cell
-        return self._maneuver, (*events, reason)
+        self._free_since = math.inf
+        return self._maneuver
 
 
 class AStarChainPlanner(AStarPlanner):

@@ -1,0 +1,90 @@
+"""The ground radar system over many seeds: the thesis's two scenarios at plot and sample level, and random encounters.
+
+`python -m experiments.ground_radar` writes docs/results/ground_radar.md and its maps. Each flight's row is kept in
+--rows, so that a study that was stopped goes on where it was.
+"""
+
+import argparse
+import json
+import multiprocessing
+import os
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from pathlib import Path
+from typing import Any
+
+from experiments.ground_radar_page import CASES, maps, markdown
+from experiments.ground_radar_runs import Job, fly
+from wideberth.evaluation.report_shell import write_files
+
+RESULTS = Path("docs/results")
+MANEUVERING = "traffic.maneuvering=true"
+SAMPLES = "sensor.level=samples"
+
+
+def jobs(scenarios: int, samples: int, straight: int, maneuvering: int) -> Iterator[Job]:
+    """Yield all flights of a study: of the two scenarios, at sample level, and of random encounters both ways."""
+    for scenario in ("gbr_1", "gbr_2"):
+        for seed in range(1, scenarios + 1):
+            yield Job(scenario, scenario, (), seed, True)
+        for seed in range(1, samples + 1):
+            yield Job(f"{scenario}_samples", scenario, (SAMPLES,), seed, True)
+    for case, count, overrides in (("straight", straight, ()), ("maneuvering", maneuvering, (MANEUVERING,))):
+        for seed in range(1, count + 1):
+            for avoid in (False, True):
+                yield Job(case, "gbr_random", overrides, seed, avoid)
+
+
+def run(todo: list[Job], rows: Path, workers: int) -> list[dict[str, Any]]:
+    """Fly what is not yet in the file of rows, and return the rows of all jobs in order."""
+    known: dict[str, dict[str, Any]] = {}
+    if rows.exists():
+        known = {row["key"]: row for row in map(json.loads, rows.read_text().splitlines())}
+    missing = [job for job in todo if job.key not in known]
+    with rows.open("a") as file:
+        for row in _flown(missing, workers):
+            file.write(json.dumps(row) + "\n")
+            file.flush()
+            known[row["key"]] = row
+            print(f"{row['key']}: {row['violations']} violations {row['causes']}", flush=True)
+    return [known[job.key] for job in todo]
+
+
+def _flown(todo: list[Job], workers: int) -> Iterator[dict[str, Any]]:
+    if workers == 1:
+        _warm_up()
+        yield from map(fly, todo)
+        return
+    with ProcessPoolExecutor(workers, multiprocessing.get_context("spawn"), initializer=_warm_up) as pool:
+        for future in as_completed([pool.submit(fly, job) for job in todo]):
+            yield future.result()
+
+
+def _warm_up() -> None:
+    """Load the compiled kernels, so that no cycle that is measured does."""
+    for scenario in ("gbr_1", "gbr_2"):
+        fly(Job("warm-up", scenario, (), 0, True))
+
+
+def main() -> None:
+    """Fly, and write the page and the maps."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--scenarios", type=int, default=100, help="seeds of gbr_1 and of gbr_2, plot level")
+    parser.add_argument("--samples", type=int, default=5, help="seeds of each, sample level")
+    parser.add_argument("--straight", type=int, default=2000, help="random encounters, intruders straight")
+    parser.add_argument("--maneuvering", type=int, default=2000, help="random encounters, intruders maneuvering")
+    parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--rows", type=Path, default=Path("ground_radar_rows.jsonl"))
+    asked = parser.parse_args()
+    todo = list(jobs(asked.scenarios, asked.samples, asked.straight, asked.maneuvering))
+    rows = run(todo, asked.rows, asked.workers)
+    command = (
+        f"python -m experiments.ground_radar --scenarios {asked.scenarios} --samples {asked.samples}"
+        f" --straight {asked.straight} --maneuvering {asked.maneuvering}"
+    )
+    page = markdown({case: [row for row in rows if row["case"] == case] for case in CASES}, command)
+    write_files(RESULTS, {"ground_radar.md": page, **maps(rows)})
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,147 @@
+"""The page and the maps of the ground radar study."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.patches import Circle
+
+from wideberth.evaluation.montecarlo.intervals import paired_ratio, wilson
+from wideberth.evaluation.report_style import LIMIT, OWNSHIP, RC, new_figure, png, traffic_colour
+
+CASES = {
+    "gbr_1": "gbr_1, plots",
+    "gbr_1_samples": "gbr_1, samples",
+    "gbr_2": "gbr_2, plots",
+    "gbr_2_samples": "gbr_2, samples",
+    "straight": "random, straight",
+    "maneuvering": "random, maneuvering",
+}
+_RADIUS, _HALF_HEIGHT = 153.0, 30.5
+Row = Mapping[str, Any]
+
+
+def markdown(cases: Mapping[str, Sequence[Row]], command: str) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    cases : mapping of str to sequence of dict
+        The rows of each case, as `ground_radar_runs.fly` makes them.
+    command : str
+        What made them.
+    """
+    flown = {case: rows for case, rows in cases.items() if rows}
+    lines = [
+        "# The ground radar system",
+        "",
+        f"`{command}`: an up-looking 4 x 4 radar, the tracker `wideberth`, collision detection along the path, A* and"
+        " the chain; a point mass flies. A violation is an intruder within 153 m and 30.5 m of height, on true states.",
+        "",
+        "## Violations",
+        "",
+        "Runs with one at least, with the 95 % interval of Wilson; the risk ratio's is that of paired proportions.",
+        "",
+        "| runs | with avoidance | 95 % | without | risk ratio | least bad path | causes |",
+        "| --- | ---: | --- | ---: | --- | ---: | --- |",
+        *(_violations(case, rows) for case, rows in flown.items()),
+        "",
+        "Causes: *no feasible path at first detection*: none of 375 maneuvers flown from the true state at the first"
+        " track, among the true futures, keeps clear; *late detection*: at the first track one did, at the first alert"
+        " or maneuver none; *track lost*: for more than a second in between; *planner*: the rest.",
+        "",
+        "## Paths, tracks and times",
+        "",
+        "A track is good when it is confirmed and within 30 m, counted from when the intruder is within the radar's"
+        " 614 m. CPU is of one core: a cycle is tracking, detection, A* and chain; the factor of real time counts the"
+        " simulation as well.",
+        "",
+        "| runs | path / mission, mean, max (above 1.25) | good track, median, 95 %, max, s | never good | ownship"
+        " alerted on | cycle, mean, worst of a run (median, largest), ms | times real time | reversals |",
+        "| --- | --- | --- | ---: | ---: | --- | ---: | ---: |",
+        *(_numbers(case, rows) for case, rows in flown.items()),
+        "",
+        "![The two scenarios, seed 1](ground_radar.png)",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _violations(case: str, rows: Sequence[Row]) -> str:
+    avoided = {row["seed"]: row for row in rows if row["avoid"]}
+    alone = {row["seed"]: row for row in rows if not row["avoid"]}
+    bad = {seed for seed, row in avoided.items() if row["violations"]}
+    low, high = wilson(len(bad), len(avoided)) or (0.0, 1.0)
+    without, ratio = "-", "-"
+    if alone:
+        worse = {seed for seed, row in alone.items() if row["violations"]}
+        without = f"{len(worse)} of {len(alone)}"
+        between = paired_ratio(len(bad & worse), len(bad - worse), len(worse - bad))
+        if between is not None:
+            ratio = f"{len(bad) / len(worse):.3f} ({between[0]:.3f} to {between[1]:.3f})"
+    causes = Counter(cause for row in avoided.values() for cause in row["causes"])
+    told = ", ".join(f"{cause}: {count}" for cause, count in causes.most_common()) or "-"
+    least_bad = sum(row["least_bad"] > 0 for row in avoided.values())
+    return (
+        f"| {CASES[case]} | {len(bad)} of {len(avoided)} | {100 * low:.1f} to {100 * high:.1f} % | {without} |"
+        f" {ratio} | {least_bad} | {told} |"
+    )
+
+
+def _numbers(case: str, rows: Sequence[Row]) -> str:
+    avoided = [row for row in rows if row["avoid"]]
+    paths = np.array([row["path_ratio"] for row in avoided])
+    good = np.array([one for row in avoided for one in row["good_track_s"]])
+    cycles = [row["cycle_ms"] for row in avoided]
+    mean = np.average([one["mean"] for one in cycles], weights=[one["steps"] for one in cycles])
+    worst = np.sort([one["max"] for one in cycles])
+    tracks = "-" if not good.size else f"{np.median(good):.1f}, {np.quantile(good, 0.95):.1f}, {good.max():.1f}"
+    return (
+        f"| {CASES[case]} | {paths.mean():.3f}, {paths.max():.3f} ({(paths > 1.25).sum()}) | {tracks} |"
+        f" {sum(row['never_tracked'] for row in avoided)} | {sum(row['own_alerts'] for row in avoided)} |"
+        f" {mean:.2f}, {np.median(worst):.1f}, {worst[-1]:.1f} |"
+        f" {np.median([row['real_time_factor'] for row in avoided]):.1f} | {sum(row['reversals'] for row in avoided)} |"
+    )
+
+
+def maps(rows: Sequence[Row]) -> dict[str, bytes]:
+    """Return the pictures of the first seed of the two scenarios, from above and from the side, by file name."""
+    drawn = [row for row in rows if row["case"] in ("gbr_1", "gbr_2") and "map" in row]
+    if not drawn:
+        return {}
+    with rc_context(RC):
+        figure = new_figure(7.6, 3.2 * len(drawn))
+        for k, row in enumerate(drawn):
+            _draw(figure, len(drawn), k, row)
+        return {"ground_radar.png": png(figure)}
+
+
+def _draw(figure: Any, count: int, k: int, row: Row) -> None:
+    t, own, intruders = (np.array(row["map"][name]) for name in ("t", "own", "intruders"))
+    above, side = figure.add_subplot(count, 2, 2 * k + 1), figure.add_subplot(count, 2, 2 * k + 2)
+    apart = np.hypot(*(intruders - own[:, None, :])[..., :2].transpose(2, 0, 1))
+    for i in range(intruders.shape[1]):
+        colour = traffic_colour(i)
+        above.plot(intruders[:, i, 1], intruders[:, i, 0], color=colour, linewidth=1.2)
+        near = int(np.argmin(apart[:, i]))
+        above.add_patch(
+            Circle((intruders[near, i, 1], intruders[near, i, 0]), _RADIUS, fill=False, color=colour, linewidth=0.8)
+        )
+        above.plot(own[near, 1], own[near, 0], "o", color=colour, markersize=4)
+        height = np.where(apart[:, i] < _RADIUS, -intruders[:, i, 2], np.nan)
+        side.fill_between(t, height - _HALF_HEIGHT, height + _HALF_HEIGHT, color=colour, alpha=0.25, linewidth=0)
+        side.plot(t, -intruders[:, i, 2], color=colour, linewidth=1.0)
+    above.plot(own[:, 1], own[:, 0], color=OWNSHIP, linewidth=2)
+    above.plot(own[[0, -1], 1], own[[0, -1], 0], linestyle=(0, (4, 3)), color=LIMIT, linewidth=1)
+    above.set_aspect("equal")
+    above.set_xlim(-550, 550)
+    above.set_ylim(-480, 620)
+    above.set_xlabel("east, m")
+    above.set_ylabel("north, m")
+    above.set_title(f"{row['case']}: 153 m at the closest points")
+    side.plot(t, -own[:, 2], color=OWNSHIP, linewidth=2)
+    side.set_xlabel("s")
+    side.set_ylabel("altitude, m")
+    side.set_title("61 m while nearer than 153 m")

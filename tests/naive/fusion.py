@@ -87,3 +87,26 @@ def identity(scores: list[tuple[float, float]], gate: float, lead: float, waited
         return None
     alone = len(fitting) == 1 or fitting[1][0] - fitting[0][0] >= lead
     return fitting[0][1] if alone or waited else None
+
+
+def constant_offset(
+    z: FloatArray, predicted: FloatArray, white: FloatArray, start: float, drift: float
+) -> tuple[float, float, list[float]]:
+    """Return mean and variance of a slowly drifting offset of measurements from predictions, and each one's chi-square.
+
+    By the joint normal distribution of all measurements instead of a filter.
+    """
+    n = len(z)
+    index = np.arange(n)
+    walk = start + drift * np.minimum(index[:, None], index[None])
+    squares = []
+    for k in range(n):
+        before = slice(0, k)
+        s = walk[before, before] + np.diag(white[before])
+        gain = np.linalg.solve(s, walk[before, k]) if k else np.zeros(0)
+        mean = float(gain @ (z - predicted)[before])
+        variance = float(walk[k, k] - gain @ walk[before, k] + white[k])
+        squares.append(float((z[k] - predicted[k] - mean) ** 2 / variance))
+    s = walk + np.diag(white)
+    gain = np.linalg.solve(s, walk[:, -1])
+    return float(gain @ (z - predicted)), float(walk[-1, -1] - gain @ walk[:, -1]), squares

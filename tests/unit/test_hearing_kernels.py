@@ -8,6 +8,7 @@ from tests.naive import multi_target as imm
 from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, TENTATIVE, make_bank, make_motion_scratch
 from wideberth.tracking.multi_target.buffers_kernels import make_scratch
 from wideberth.tracking.multi_target.config import MultiTargetConfig, ReportsConfig
+from wideberth.tracking.multi_target.hand_over_kernels import drop_silent, hand_back, report_heard
 from wideberth.tracking.multi_target.heard_kernels import advance, make_heard, remember, start
 from wideberth.tracking.multi_target.heard_ownship_kernels import find_heard_ownship
 from wideberth.tracking.multi_target.hearing_kernels import (
@@ -37,15 +38,12 @@ from wideberth.tracking.multi_target.identity_kernels import (
     IS,
     IS_NOT,
     ONE_WITH,
-    drop_silent,
     find_identities,
     find_identity,
     find_slots,
-    hand_back,
     link,
     new_number,
     note,
-    report_heard,
     separation,
     split,
     take_reports,

@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import os
 
 import numpy as np
 import pytest
@@ -446,3 +447,58 @@ def test_the_state_does_not_grow_with_time():
         sizes.append((arrays, len(history._scans) < 20, len(history._snapshots) < 6, len(log.recent) <= 20))
     assert len(set(sizes[1:])) == 1 and all(sizes[-1][1:])
     assert len(part._told) < 1000
+
+
+def test_a_run_keeps_the_nis_and_it_is_that_of_a_consistent_filter():
+    """Per degree of freedom 1 on straight flight: within 5 sigma of the mean of some 350 looks of 3 elements."""
+    plots, _ = one_flight(n=400)
+    table = tracker().run(plots)
+    assert len(table.nis) == len(table.nis_dof) > 250 and set(table.nis_dof.tolist()) == {3.0}
+    assert 0.75 < table.nis.sum() / table.nis_dof.sum() < 1.25
+
+
+def test_tracks_born_again_by_a_late_scan_keep_their_numbers():
+    """Births of the first half second are run again four times as scans come out of order."""
+    plots, truth = one_flight(n=40, detection_probability=0.95)
+    order = [0, 1, 2, 4, 5, 3, 7, 8, 6, 10, 9, *range(11, 40)]
+    part, seen = tracker(), {}
+    for count, k in enumerate(order):
+        t = float(plots.t[max(order[: count + 1])])
+        tracks, _ = part.step(t, [scan_of(plots, k)])
+        for x in tracks:
+            if np.linalg.norm(x.position - truth[max(order[: count + 1])][:3]) < 30.0:
+                seen.setdefault(x.id, []).append(t)
+    assert part.counters["scan late, put in order"] == 3
+    confirmed_now = [x for x in tracks if x.status is not TrackStatus.TENTATIVE]
+    assert len(confirmed_now) == 1
+    assert list(seen) == [confirmed_now[0].id]
+
+
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="10,000 filters: minutes without the compiler")
+def test_ten_thousand_plots_and_reports_in_one_step_are_taken_in_and_counted():
+    """What is beyond the limits is shed and counted, and the track lives; the reports each begin a track."""
+    rng = np.random.default_rng(9)
+    plots, _ = one_flight(n=40)
+    part, n = tracker(reports={"addresses_max": 6000}), 10_000
+    feed(part, plots, 0, 39)
+    scan = scan_of(plots, 39)
+    z = np.full((n, 4), np.nan)
+    z[:, 0], z[:, 1] = 600 * rng.random(n) ** (1 / 3), rng.uniform(-math.pi, math.pi, n)
+    z[:, 2] = np.arcsin(rng.random(n))
+    z = np.concatenate([scan.z, z])
+    flood = dataclasses.replace(scan, z=z, R=np.tile(scan.R[0], (len(z), 1, 1)), t_valid=np.full(len(z), scan.t))
+    told = np.concatenate([rng.uniform(-3e4, 3e4, (n, 3)), rng.uniform(-50, 50, (n, 3))], axis=1)
+    reports = Scan(
+        t=scan.t,
+        t_received=scan.t,
+        sensor="ears",
+        kind="adsb",
+        z=told,
+        R=np.tile(np.diag([25.0, 25, 100, 1, 1, 1]), (n, 1, 1)),
+        t_valid=np.full(n, scan.t),
+        source_ids=tuple(f"{k:06x}" for k in range(n)),
+    )
+    tracks, _ = part.step(scan.t, [flood, reports])
+    assert part.counters["plot shed"] > 9000 and part.counters["address beyond the most"] == 4000
+    assert part.counters["track started by a report"] == 6000 and len(tracks) >= 6001
+    assert sum(x.status is not TrackStatus.TENTATIVE for x in tracks) == 1

@@ -37,6 +37,9 @@ LEAST_SEEN = 0.02
 LEAST_PROBABILITY = 1e-6
 """No hypothesis of motion dies out for good."""
 
+MOST_SHARED = 1e100
+"""No plot is likelier as two aircraft at once than this, against a false one."""
+
 ALL = 0.9999
 """A mixture in which one event has this share is that event."""
 
@@ -118,6 +121,7 @@ def gate_plots(bank: Bank, i: int, window: Window, n: int, gate: float, cone: bo
             sight_rows(sensor, velocity, s.frame, x, rate, h)
             nis, log_likelihood = update(states, 4 if rate else 3, x, p, h, s.e, s.r, s.work)
             least = min(least, nis)
+            s.nis[i, kept, j] = nis
             s.likelihood[i, kept, j] = log_likelihood
         if least <= gate:
             s.plots[i, kept] = m
@@ -142,14 +146,54 @@ def weigh(bank: Bank, i: int, window: Window, speed_max: float, s: Scratch) -> N
         s.ratio[i, c] = bank.existence[i] * seen * total * math.exp(min(top - false, 300.0))
         for j in range(HYPOTHESES):
             s.likelihood[i, c, j] /= total
+    s.missed[i] = bank.existence[i] * (1.0 - s.seen[i])
     s.none[i] = max(1.0 - bank.existence[i] * s.seen[i], 1e-9)
+
+
+@jit_uncounted
+def allow_shared(bank: Bank, i: int, unresolved: float, shared: float, s: Scratch) -> None:
+    """Let a track exist without a plot of its own, as one plot may be its and another's; after `weigh`.
+
+    Parameters
+    ----------
+    bank : Bank
+    i : int
+    unresolved : float
+        Probability that the sensor would not tell it from that other track.
+    shared : float
+        How much likelier that plot is as both than as a false one.
+    s : Scratch
+    """
+    for c in range(s.counts[i]):
+        s.ratio[i, c] *= 1.0 - unresolved
+    s.missed[i] += bank.existence[i] * s.seen[i] * unresolved * min(shared, MOST_SHARED)
+    s.none[i] = max(1.0 - bank.existence[i] + s.missed[i], 1e-9)
+
+
+@jit_uncounted
+def keep_nis(bank: Bank, i: int, s: Scratch) -> None:
+    """Keep the normalised innovation squared of a track's likeliest plot, and how many elements that has.
+
+    Over the hypotheses of motion it is the mean by how likely each makes the plot; to be called after `absorb`.
+    """
+    best = 0
+    for c in range(1, s.counts[i]):
+        if s.beta[i, c + 1] > s.beta[i, best + 1]:
+            best = c
+    m = s.plots[i, best]
+    bank.nis[i], bank.nis_dof[i] = 0.0, 2.0
+    for j in range(HYPOTHESES):
+        bank.nis[i] += s.likelihood[i, best, j] * s.nis[i, best, j]
+    for a in range(2, 4):
+        if s.z[m, a] == s.z[m, a]:
+            bank.nis_dof[i] += 1.0
 
 
 @jit_uncounted
 def absorb_cross(bank: Bank, i: int, s: Scratch) -> None:
     """Update a track's covariance with the biases of its ADS-B reports by its plots; to be called before `absorb`."""
     count = s.counts[i]
-    missed = s.beta[i, 0] * (1.0 - s.seen[i]) * bank.existence[i] / s.none[i]
+    missed = s.beta[i, 0] * s.missed[i] / s.none[i]
     for j in range(HYPOTHESES):
         states = 6 if j == STRAIGHT else 9
         weight = missed * bank.mu[i, j]
@@ -177,7 +221,7 @@ def absorb(bank: Bank, i: int, existence_max: float, s: Scratch) -> float:
     covariance.
     """
     none, count = s.none[i], s.counts[i]
-    missed = s.beta[i, 0] * (1.0 - s.seen[i]) * bank.existence[i] / none
+    missed = s.beta[i, 0] * s.missed[i] / none
     total = missed
     for c in range(count):
         total += s.beta[i, c + 1]
@@ -260,4 +304,6 @@ def warmup() -> None:
     weigh(bank, 0, window, 100.0, s)
     associate(1, 10, np.zeros(COUNTS, np.int64), s)
     absorb_cross(bank, 0, s)
+    allow_shared(bank, 0, 0.9, 1.0, s)
     absorb(bank, 0, 0.999, s)
+    keep_nis(bank, 0, s)

@@ -60,6 +60,8 @@ class Bank(NamedTuple):
         The place in `heard_kernels.Heard` of the aircraft's ADS-B reports; -1: it has not been found among them.
     cross : ndarray, shape (N, HYPOTHESES, 9, BIASES)
         Covariance of the state's error with the biases of those reports (`consider_kernels`); zero without them.
+    nis, nis_dof : ndarray, shape (N,)
+        Normalised innovation squared of the last scan's plot, and its degrees of freedom; 0 of them: it had none.
     size : ndarray of int64, shape (2,)
         Tracks now, and the number that the next one gets.
     t : ndarray, shape (2,)
@@ -83,6 +85,8 @@ class Bank(NamedTuple):
     habit: FloatArray
     address: IntArray
     cross: FloatArray
+    nis: FloatArray
+    nis_dof: FloatArray
     size: IntArray
     t: FloatArray
 
@@ -174,6 +178,8 @@ def make_bank(n: int) -> Bank:
         habit=np.zeros(2),
         address=np.full(n, -1, np.int64),
         cross=np.zeros((n, HYPOTHESES, 9, BIASES)),
+        nis=np.zeros(n),
+        nis_dof=np.zeros(n),
         size=np.array([0, 1], np.int64),
         t=np.array([-np.inf, -np.inf]),
     )
@@ -258,6 +264,7 @@ def copy_track(bank: Bank, i: int, j: int) -> None:
     bank.seen[j] = bank.seen[i]
     bank.turning[j] = bank.turning[i]
     bank.address[j] = bank.address[i]
+    bank.nis[j], bank.nis_dof[j] = bank.nis[i], bank.nis_dof[i]
     for m in range(HYPOTHESES):
         for a in range(9):
             for b in range(BIASES):
@@ -288,6 +295,7 @@ def add_track(
     bank.identity[i] = bank.size[1]
     bank.status[i] = TENTATIVE
     bank.turning[i] = 0
+    bank.nis_dof[i] = 0.0
     bank.hits[i] = hits
     bank.home[i] = sensor
     bank.inside[i] = 1

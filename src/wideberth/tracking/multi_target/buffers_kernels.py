@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from wideberth._jit import jit_uncounted
 from wideberth.tracking.multi_target.bank_kernels import MotionScratch, make_motion_scratch
 from wideberth.tracking.multi_target.fit_kernels import FitScratch, make_fit_scratch
+from wideberth.tracking.multi_target.heard_kernels import RIVALS
 from wideberth.tracking.multi_target.imm_kernels import HYPOTHESES
 
 FloatArray = NDArray[np.float64]
@@ -102,8 +103,8 @@ class Scratch(NamedTuple):
         Log-likelihoods, then shares.
     cx, cp : ndarray, shape (N, CANDIDATES, HYPOTHESES, 9), (..., 9, 9)
         The updated states.
-    none, seen : ndarray, shape (N,)
-        Probability of no plot, and of detection.
+    none, missed, seen : ndarray, shape (N,)
+        Probability of no plot of its own, of that and existence, and of detection.
     beta : ndarray, shape (N, CANDIDATES + 1)
         Association probabilities, first that of no plot.
     owner, taken, claims : ndarray, shape (K,)
@@ -119,6 +120,22 @@ class Scratch(NamedTuple):
     event_count : ndarray of int64, shape (1,)
     own_work : ndarray, shape (14, 6)
         Scratch of the ownship test.
+    told, near : ndarray, shape (RIVALS,), (N,)
+        Of `rival_kernels`: scores of one report, and which tracks may be its.
+    aim : ndarray, shape (N, 8)
+        Of `unresolved_kernels`: unit vector to where each track is seen (NED), range, azimuth, elevation, and its
+        variances in range and across (the larger of both), m2.
+    said : ndarray, shape (N,)
+        Probability of detection that the sensor says, where the track counts for how well it sees; else 0.
+    unresolved, shared : ndarray, shape (N,)
+        Probability that what the sensor sees of a track is one plot together with another's, and how much likelier than
+        false that plot is.
+    by_range, ranges : ndarray, shape (N,)
+        Tracks by ascending range, and the ranges.
+    pairs : ndarray of int64, shape (4 N, 3)
+        Two tracks and the plot that may be both.
+    nis : ndarray, shape (N, CANDIDATES, HYPOTHESES)
+        Normalised innovation squared of each candidate.
     """
 
     z: FloatArray
@@ -162,6 +179,17 @@ class Scratch(NamedTuple):
     events: IntArray
     event_count: IntArray
     own_work: FloatArray
+    told: FloatArray
+    near: IntArray
+    aim: FloatArray
+    said: FloatArray
+    missed: FloatArray
+    unresolved: FloatArray
+    shared: FloatArray
+    by_range: IntArray
+    ranges: FloatArray
+    pairs: IntArray
+    nis: FloatArray
 
 
 def make_scratch(tracks: int, plots: int, window_scans: int) -> Scratch:
@@ -209,6 +237,17 @@ def make_scratch(tracks: int, plots: int, window_scans: int) -> Scratch:
         events=np.zeros((4 * tracks, 3), np.int64),
         event_count=np.zeros(1, np.int64),
         own_work=np.zeros((14, 6)),
+        told=np.zeros(RIVALS),
+        near=np.zeros(tracks, np.int64),
+        aim=np.zeros((tracks, 8)),
+        said=np.zeros(tracks),
+        missed=np.zeros(tracks),
+        unresolved=np.zeros(tracks),
+        shared=np.zeros(tracks),
+        by_range=np.zeros(tracks, np.int64),
+        ranges=np.zeros(tracks),
+        pairs=np.zeros((4 * tracks, 3), np.int64),
+        nis=np.zeros((tracks, c, n)),
     )
 
 

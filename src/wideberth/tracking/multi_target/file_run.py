@@ -87,6 +87,7 @@ def run_file(config: MultiTargetConfig, plots: Plots, words: Mapping[int, str]) 
             table = _grown(table, rows)
     for place, name in words.items():
         counters[name] += int(state.counts[place])
+    updated = table.nis_dof[:rows] > 0.0
     return TrackTable(
         scan=table.scan[:rows].astype(np.int32),
         track_id=table.identity[:rows].copy(),
@@ -95,6 +96,8 @@ def run_file(config: MultiTargetConfig, plots: Plots, words: Mapping[int, str]) 
         existence=table.existence[:rows].copy(),
         is_ownship=table.ownship[:rows].copy(),
         counters={name: count for name, count in counters.items() if count},
+        nis=table.nis[:rows][updated],
+        nis_dof=table.nis_dof[:rows][updated],
     )
 
 

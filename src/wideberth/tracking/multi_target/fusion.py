@@ -7,17 +7,11 @@ from numpy.typing import NDArray
 
 from wideberth.tracking.multi_target.bank_kernels import Bank, Motion, copied_bank, grown_bank, make_bank
 from wideberth.tracking.multi_target.buffers_kernels import Scratch
+from wideberth.tracking.multi_target.hand_over_kernels import drop_silent, hand_back, report_heard
 from wideberth.tracking.multi_target.heard_kernels import Heard, ReportRules, make_heard
 from wideberth.tracking.multi_target.heard_ownship_kernels import find_heard_ownship
 from wideberth.tracking.multi_target.hearing_kernels import REPORT_COUNTS
-from wideberth.tracking.multi_target.identity_kernels import (
-    drop_silent,
-    find_identities,
-    find_slots,
-    hand_back,
-    report_heard,
-    take_reports,
-)
+from wideberth.tracking.multi_target.identity_kernels import find_identities, find_slots, take_reports
 from wideberth.tracking.multi_target.report_kernels import make_report_scratch
 from wideberth.tracking.multi_target.reports import ReadyReports
 from wideberth.tracking.ownship_kernels import OwnshipTest

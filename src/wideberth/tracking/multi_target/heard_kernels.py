@@ -33,6 +33,9 @@ IntArray = NDArray[np.int64]
 REJECTS = 3
 """So many positions outside the gate that agree with one another are another place, or another aircraft."""
 
+RIVALS = 4
+"""Tracks of radars that an aircraft's reports are weighed among at most."""
+
 MEMORY_S = 5.0
 """How long a velocity or an altitude that came by itself may serve to start a track."""
 
@@ -69,6 +72,15 @@ class Heard(NamedTuple):
     strikes, waits, pending, slot : ndarray of int64, shape (R,)
         Of `identity_kernels`: reports in a row at which the radar's track with this address did not fit; reports
         for which it could have been that of several; whether it still can; the place of its radar's track in the bank.
+    rival : ndarray of int64, shape (R, RIVALS)
+        Of `rival_kernels`: numbers of the radars' tracks that its reports are weighed among; -1: none.
+    offset : ndarray, shape (R, RIVALS, 3, 3)
+        Mean and variance of what reports are off from each, and its velocity at the last; by axis.
+    score, denied : ndarray, shape (R, RIVALS)
+        How far each is behind the best (twice the log-likelihood), and by how much worse it fits than the filter of
+        the reports alone (chi-square).
+    surprise, weighed : ndarray, shape (R,)
+        Chi-square of the last report under that filter, and the time of the last that was weighed.
     """
 
     alive: IntArray
@@ -91,6 +103,12 @@ class Heard(NamedTuple):
     waits: IntArray
     pending: IntArray
     slot: IntArray
+    rival: IntArray
+    offset: FloatArray
+    score: FloatArray
+    denied: FloatArray
+    surprise: FloatArray
+    weighed: FloatArray
 
 
 class ReportRules(NamedTuple):
@@ -113,7 +131,8 @@ class ReportRules(NamedTuple):
         Normalised distance squared, position and velocity, below which a radar's track may have the address, and above
         which it cannot.
     lead : float
-        By so much the best must be better than the next (twice the log-likelihood).
+        By so much the best must be better than the next (twice the log-likelihood); by twice as much for the address
+        to pass from one track to another, or from one to none.
     waits, strikes : int
         Reports after which the best is taken all the same; and in a row that take the address away.
     keep_s, keep_tentative_s : float
@@ -162,6 +181,12 @@ def make_heard(n: int) -> Heard:
         waits=np.zeros(n, np.int64),
         pending=np.zeros(n, np.int64),
         slot=np.full(n, -1, np.int64),
+        rival=np.full((n, RIVALS), -1, np.int64),
+        offset=np.zeros((n, RIVALS, 3, 3)),
+        score=np.zeros((n, RIVALS)),
+        denied=np.zeros((n, RIVALS)),
+        surprise=np.zeros(n),
+        weighed=np.full(n, -np.inf),
     )
 
 
@@ -226,6 +251,9 @@ def start(
     heard.t[u], heard.heard[u] = t, t
     heard.rejects[u], heard.vertical_rejects[u] = 0, 0
     heard.strikes[u], heard.waits[u], heard.pending[u] = 0, 0, 0
+    heard.weighed[u] = -math.inf
+    for k in range(RIVALS):
+        heard.rival[u, k], heard.score[u, k], heard.denied[u, k] = -1, 0.0, 0.0
     for a in range(STATE_WIDTH):
         heard.own[u, a] = 0.0
 

@@ -17,6 +17,7 @@ from wideberth.tracking.multi_target.consider_kernels import BIASES
 from wideberth.tracking.multi_target.heard_kernels import (
     MEMORY_S,
     REJECTS,
+    RIVALS,
     Heard,
     ReportRules,
     advance,
@@ -39,6 +40,7 @@ from wideberth.tracking.multi_target.report_kernels import (
     known,
     make_report_scratch,
     start_axis,
+    surprise,
 )
 
 FloatArray = NDArray[np.float64]
@@ -130,6 +132,7 @@ def settle_report(
     judge(filters, u, age, z, r, time_sigma, bias, rules.gate, s)
     if s.codes[POSITION] == REJECTED:
         return OUTSIDE
+    heard.surprise[u] = surprise(filters, u, age, z, r, time_sigma, bias, s)
     absorb_report(filters, u, age, z, r, time_sigma, bias, s)
     if s.codes[CLIMB] == REJECTED:
         counts[CLIMB_OUTSIDE] += 1
@@ -292,6 +295,9 @@ def rescale(bank: Bank, filters: Bank, heard: Heard, row: int, bias: FloatArray)
             if u < 0:
                 break
             heard.bias[u, b] = bias[b]
+            for k in range(RIVALS):
+                if b < 3:
+                    heard.offset[u, k, 1, b] += max(bias[b] - before, 0.0)
             if bias[b] < before:
                 scale_column(filters.cross[u], b, bias[b] / before)
                 if heard.slot[u] >= 0:

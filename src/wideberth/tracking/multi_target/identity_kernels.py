@@ -19,10 +19,7 @@ from wideberth.tracking.multi_target.bank_kernels import (
     Motion,
     combined,
     make_bank,
-    predict_track,
     predict_tracks,
-    prepare_step,
-    remove_track,
 )
 from wideberth.tracking.multi_target.buffers_kernels import Scratch, make_scratch
 from wideberth.tracking.multi_target.consider_kernels import BIASES, forget_biases
@@ -39,8 +36,14 @@ from wideberth.tracking.multi_target.hearing_kernels import (
     take_report,
 )
 from wideberth.tracking.multi_target.imm_kernels import HYPOTHESES
-from wideberth.tracking.multi_target.life_kernels import HANDED_BACK
 from wideberth.tracking.multi_target.report_kernels import ReportScratch, make_report_scratch
+from wideberth.tracking.multi_target.rival_kernels import (
+    is_denied,
+    place_of_rival,
+    renumber_rivals,
+    score_of,
+    weigh_rivals,
+)
 from wideberth.tracking.ownship_kernels import FLAG, STATE_WIDTH
 
 FloatArray = NDArray[np.float64]
@@ -124,6 +127,7 @@ def link(bank: Bank, heard: Heard, u: int, i: int, rules: ReportRules, events: I
     forget_biases(bank.cross[i])
     if heard.status[u] == CONFIRMED:
         bank.identity[i] = min(mine, its)
+        renumber_rivals(heard, its, bank.identity[i])
         note(events, event_count, ONE_WITH, bank.identity[i], u, max(mine, its))
     note(events, event_count, IS, bank.identity[i], u, -1)
     heard.slot[u] = i
@@ -148,6 +152,43 @@ def split(bank: Bank, heard: Heard, u: int, events: IntArray, event_count: IntAr
 
 
 @jit_uncounted
+def move(bank: Bank, heard: Heard, u: int, i: int, j: int, events: IntArray, event_count: IntArray) -> None:
+    """Pass the address of `u` from the track in slot `i` to that in slot `j`, whose own address goes the other way."""
+    w = bank.address[j]
+    note(events, event_count, IS_NOT, bank.identity[i], u, -1)
+    if w >= 0:
+        note(events, event_count, IS_NOT, bank.identity[j], w, -1)
+        note(events, event_count, IS, bank.identity[i], w, -1)
+        heard.slot[w], heard.strikes[w] = i, 0
+    bank.address[i], bank.address[j] = w, u
+    forget_biases(bank.cross[i])
+    forget_biases(bank.cross[j])
+    heard.slot[u], heard.strikes[u] = j, 0
+    note(events, event_count, IS, bank.identity[j], u, -1)
+
+
+@jit_uncounted
+def passes_to(bank: Bank, heard: Heard, u: int, i: int, lead: float) -> int:
+    """Return the slot of the track that makes the reports of `u` rather than its own in slot `i`; -1: none does.
+
+    Where that one has another address, both must change to explain the reports of both better.
+    """
+    own = score_of(heard, u, bank.identity[i])
+    best, most = -1, lead
+    for j in range(bank.size[0]):
+        k = place_of_rival(heard, u, bank.identity[j])
+        if j == i or k < 0 or bank.status[j] != CONFIRMED:
+            continue
+        gain, w = own - heard.score[u, k], bank.address[j]
+        if w >= 0:
+            k = place_of_rival(heard, w, bank.identity[i])
+            gain += score_of(heard, w, bank.identity[j]) - heard.score[w, k] if k >= 0 else -math.inf
+        if gain > most:
+            best, most = j, gain
+    return best
+
+
+@jit_uncounted
 def find_identity(
     bank: Bank,
     filters: Bank,
@@ -163,17 +204,28 @@ def find_identity(
     """Find whose track the aircraft `u` is, or whether its track is still its own.
 
     Without a track it gets the one that fits, if no other fits nearly as well; where two do, it waits, and takes the
-    better one after `rules.waits` reports. It loses its track after `rules.strikes` reports in a row at which the
-    track does not fit, or fits worse than another by twice `rules.lead`.
+    better one after `rules.waits` reports. What its reports have told since (`rival_kernels`) takes it to another
+    track, or to none, by twice `rules.lead`. `rules.strikes` reports in a row outside the track's gate take it to none.
     """
     dt = bank.t[0] - heard.t[u]
     if heard.reports[u] < rules.confirm or abs(dt) > APART_S:
         return
-    witness(filters, u, dt, motion, s)
     own = heard.slot[u]
+    if own >= 0:
+        heard.strikes[u] = 0 if fits else heard.strikes[u] + 1
+        alone = is_denied(heard, u, bank.identity[own], 3.0 * rules.lead)
+        j = passes_to(bank, heard, u, own, 2.0 * rules.lead)
+        if j >= 0:
+            move(bank, heard, u, own, j, events, event_count)
+        if j >= 0 or not (alone or heard.strikes[u] >= rules.strikes):
+            return
+        split(bank, heard, u, events, event_count)
+    witness(filters, u, dt, motion, s)
     best, first, second = -1, math.inf, math.inf
     for i in range(bank.size[0]):
-        if bank.address[i] >= 0 or bank.status[i] != CONFIRMED:
+        if bank.address[i] >= 0 or bank.status[i] != CONFIRMED or i == own:
+            continue
+        if is_denied(heard, u, bank.identity[i], 2.0 * rules.lead):
             continue
         if math.hypot(bank.x[i, 0, 0] - s.x[0], bank.x[i, 0, 1] - s.x[1]) > FARTHEST_M:
             continue
@@ -184,19 +236,6 @@ def find_identity(
             best, first, second = i, score, first
         elif score < second:
             second = score
-    if own >= 0:
-        square, score = separation(bank, own, motion, s)
-        worse = best >= 0 and score > first + 2.0 * rules.lead
-        if fits and square <= rules.split_gate and not worse:
-            heard.strikes[u] = 0
-            return
-        heard.strikes[u] += 1
-        if heard.strikes[u] < rules.strikes:
-            return
-        split(bank, heard, u, events, event_count)
-        if best >= 0 and second - first >= rules.lead:
-            link(bank, heard, u, best, rules, events, event_count)
-        return
     heard.pending[u] = 0
     if best < 0:
         heard.waits[u] = 0
@@ -206,6 +245,24 @@ def find_identity(
         return
     heard.waits[u] += 1
     heard.pending[u] = 1
+
+
+@jit_uncounted
+def find_rivals(
+    bank: Bank, filters: Bank, heard: Heard, u: int, rules: ReportRules, motion: Motion, s: Scratch
+) -> None:
+    """Mark in `s.near` the tracks that may be the aircraft `u`: its own, and those not far from its reports."""
+    dt = bank.t[0] - heard.t[u]
+    witness(filters, u, dt, motion, s)
+    for i in range(bank.size[0]):
+        s.near[i] = 0
+        if bank.status[i] != CONFIRMED or place_of_rival(heard, u, bank.identity[i]) >= 0:
+            continue
+        if math.hypot(bank.x[i, 0, 0] - s.x[0], bank.x[i, 0, 1] - s.x[1]) > FARTHEST_M:
+            continue
+        square, _ = separation(bank, i, motion, s)
+        if bank.address[i] == u or square <= rules.split_gate:
+            s.near[i] = 1
 
 
 @jit_uncounted
@@ -302,109 +359,14 @@ def take_reports(
             fits = support(bank, heard, u, i, t, z[q], r[q], time_sigma[q], rules, rs)
             if not fits:
                 counts[TRACK_OUTSIDE] += 1
+        if code in (USED, NO_POSITION) and bank.size[0] > 0 and abs(bank.t[0] - t) <= APART_S:
+            find_rivals(bank, filters, heard, u, rules, motion, s)
+            weigh_rivals(bank, heard, u, s.near, t, z[q], r[q], time_sigma[q], rules.latency, motion, s)
         if code in (USED, AGAIN):
             find_identity(bank, filters, heard, u, fits, rules, motion, events, event_count, s)
             if heard.status[u] != CONFIRMED and heard.reports[u] >= rules.confirm and heard.pending[u] == 0:
                 heard.status[u] = CONFIRMED
                 note(events, event_count, HEARD_NOW, heard.number[u], u, -1)
-
-
-@jit_uncounted
-def hand_back(
-    bank: Bank,
-    filters: Bank,
-    heard: Heard,
-    rules: ReportRules,
-    motion: Motion,
-    events: IntArray,
-    event_count: IntArray,
-    s: Scratch,
-) -> None:
-    """Let the reports carry on, under the same number, the tracks that no radar sees any more.
-
-    The filter takes over the track's estimate, which is the better one. Where the two do not agree the track is lost.
-    """
-    find_slots(bank, heard)
-    for i in range(bank.size[0] - 1, -1, -1):
-        u = bank.address[i]
-        if u < 0 or bank.existence[i] != HANDED_BACK:
-            continue
-        dt = bank.t[0] - heard.t[u]
-        witness(filters, u, dt, motion, s)
-        square, _ = separation(bank, i, motion, s)
-        if square > rules.link_gate:
-            note(events, event_count, NOT_SEEN, bank.identity[i], u, -1)
-            heard.number[u] = new_number(bank)
-            remove_track(bank, i)
-            continue
-        heard.number[u] = bank.identity[i]
-        heard.status[u] = CONFIRMED
-        for a in range(STATE_WIDTH):
-            heard.own[u, a] = bank.own[i, a]
-        if dt >= 0.0:
-            for j in range(HYPOTHESES):
-                filters.mu[u, j] = bank.mu[i, j]
-                for a in range(9):
-                    filters.x[u, j, a] = bank.x[i, j, a]
-                    for b in range(9):
-                        filters.p[u, j, a, b] = bank.p[i, j, a, b]
-                    for b in range(BIASES):
-                        filters.cross[u, j, a, b] = bank.cross[i, j, a, b]
-            heard.t[u] = bank.t[0]
-        heard.strikes[u], heard.waits[u], heard.pending[u] = 0, 0, 0
-        note(events, event_count, CARRIED_ON, bank.identity[i], u, -1)
-        remove_track(bank, i)
-
-
-@jit_uncounted
-def drop_silent(
-    bank: Bank, heard: Heard, t: float, rules: ReportRules, events: IntArray, event_count: IntArray
-) -> None:
-    """End the filters of aircraft that have not been heard for too long; radar tracks live on without the address."""
-    find_slots(bank, heard)
-    for u in range(heard.alive.shape[0]):
-        if heard.alive[u] == 0:
-            continue
-        confirmed = heard.status[u] == CONFIRMED
-        if t - heard.heard[u] <= (rules.keep_s if confirmed else rules.keep_tentative_s):
-            continue
-        i = heard.slot[u]
-        if i >= 0:
-            bank.address[i] = -1
-            forget_biases(bank.cross[i])
-            heard.slot[u] = -1
-            note(events, event_count, NO_MORE_HEARD, bank.identity[i], u, -1)
-        elif confirmed:
-            note(events, event_count, FALLEN_SILENT, heard.number[u], u, -1)
-        heard.alive[u], heard.status[u], heard.reports[u] = 0, 0, 0
-
-
-@jit_uncounted
-def report_heard(
-    filters: Bank,
-    heard: Heard,
-    users: IntArray,
-    t: float,
-    motion: Motion,
-    one: Bank,
-    x: FloatArray,
-    p: FloatArray,
-    s: Scratch,
-) -> None:
-    """Write means (n, 9) and covariances (n, 9, 9) of the filters of `users`, predicted to `t`; `one` is scratch."""
-    for k in range(len(users)):
-        u = users[k]
-        for j in range(HYPOTHESES):
-            one.mu[0, j] = filters.mu[u, j]
-            for a in range(9):
-                one.x[0, j, a] = filters.x[u, j, a]
-                for b in range(9):
-                    one.p[0, j, a, b] = filters.p[u, j, a, b]
-        dt = t - heard.t[u]
-        if dt > 0.0:
-            prepare_step(filters, dt, motion, s.motion.stay)
-            predict_track(one, 0, dt, motion, s.motion)
-        combined(one, 0, motion, x[k], p[k], s.motion)
 
 
 def warmup() -> None:
@@ -438,6 +400,3 @@ def warmup() -> None:
         rs,
     )
     find_identities(bank, filters, heard, rules, motion, events, count, s)
-    hand_back(bank, filters, heard, rules, motion, events, count, s)
-    report_heard(filters, heard, zero, 1.0, motion, make_bank(1), np.zeros((1, 9)), np.zeros((1, 9, 9)), s)
-    drop_silent(bank, heard, 100.0, rules, events, count)

@@ -26,6 +26,9 @@ POSITION, ALTITUDE, CLIMB, VELOCITY = 0, 1, 2, 3
 LEAST_JUDGE = 1e-3
 """Hypotheses of motion less likely than this do not decide whether a report may be the track's."""
 
+CAPPED_SQUARE = 12.0
+"""Where reports are weighed, no element counts as further off than this normalised distance squared."""
+
 LEAST_SHARE = 1e-6
 """No hypothesis of motion dies out for good."""
 
@@ -139,6 +142,35 @@ def distance_square(
             s01 = joint_variance(n, p, cross, bias, s.h, s.g, 0, 1)
             square = (s11 * e0 * e0 - 2.0 * s01 * e0 * e1 + s00 * e1 * e1) / (s00 * s11 - s01 * s01)
         least = min(least, square)
+    return least
+
+
+@jit_uncounted
+def surprise(
+    bank: Bank, i: int, age: float, z: FloatArray, r: FloatArray, time_sigma: float, bias: FloatArray, s: ReportScratch
+) -> float:
+    """Return the least chi-square of a report's elements, each by itself, over the hypotheses of motion of track `i`.
+
+    The parameters are those of `judge`. No element counts for more than `CAPPED_SQUARE`: one wild one decides nothing.
+    """
+    least = math.inf
+    for j in range(HYPOTHESES):
+        if bank.mu[i, j] < LEAST_JUDGE:
+            continue
+        n = 6 if j == STRAIGHT else 9
+        x = bank.x[i, j]
+        total = 0.0
+        for k in range(6):
+            if not math.isfinite(z[k]):
+                continue
+            element_rows(k, age, x, j != STRAIGHT, s.h[0], s.g[0])
+            v = joint_variance(n, bank.p[i, j], bank.cross[i, j], bias, s.h, s.g, 0, 0)
+            v += element_variance(k, x, r, time_sigma)
+            e = z[k]
+            for a in range(n):
+                e -= s.h[0, a] * x[a]
+            total += min(e * e / v, CAPPED_SQUARE)
+        least = min(least, total)
     return least
 
 
@@ -279,4 +311,5 @@ def warmup() -> None:
     for axis in range(3):
         start_axis(bank, 0, axis, 1.0, 1.0, 1.0, 1.0, 0.3, bias, motion)
     judge(bank, 0, 0.0, z, z, 0.1, bias, 25.0, s)
+    surprise(bank, 0, 0.0, z, z, 0.1, bias, s)
     absorb_report(bank, 0, 0.0, z, z, 0.1, bias, s)

@@ -7,7 +7,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
-from wideberth.tracking.multi_target.absorb_kernels import absorb, absorb_cross, associate, gate_plots, weigh
+from wideberth.tracking.multi_target.absorb_kernels import (
+    absorb,
+    absorb_cross,
+    allow_shared,
+    associate,
+    gate_plots,
+    keep_nis,
+    weigh,
+)
 from wideberth.tracking.multi_target.bank_kernels import (
     CONFIRMED,
     Bank,
@@ -29,6 +37,7 @@ from wideberth.tracking.multi_target.sighting_kernels import (
     sector_volume,
     visibility,
 )
+from wideberth.tracking.multi_target.unresolved_kernels import claim_merged, find_unresolved, keep_aim
 from wideberth.tracking.multi_target.window_kernels import (
     TABLE_NODES,
     Window,
@@ -58,7 +67,10 @@ LEAST_FALSE_PLOTS = 0.1
 
 
 class Table(NamedTuple):
-    """Room for R rows of confirmed tracks: scan, number, state (9) and covariance (9, 9), existence, ownship."""
+    """Room for R rows of confirmed tracks: scan, number, state (9) and covariance (9, 9), existence, ownship, and NIS.
+
+    The normalised innovation squared is that of the scan's plot, with its degrees of freedom; 0 of them: no plot.
+    """
 
     scan: IntArray
     identity: IntArray
@@ -66,6 +78,8 @@ class Table(NamedTuple):
     p: FloatArray
     existence: FloatArray
     ownship: NDArray[np.bool_]
+    nis: FloatArray
+    nis_dof: FloatArray
 
 
 def make_table(rows: int) -> Table:
@@ -77,6 +91,8 @@ def make_table(rows: int) -> Table:
         p=np.zeros((rows, 9, 9)),
         existence=np.zeros(rows),
         ownship=np.zeros(rows, np.bool_),
+        nis=np.zeros(rows),
+        nis_dof=np.zeros(rows),
     )
 
 
@@ -162,29 +178,37 @@ def process_scan(
         shown = visibility(s.look, s.spread, field_of_view, range_max)
         said = shown * detection_at(ranges, probabilities, min(s.look[0], range_max))
         s.seen[i] = min(share * said, MOST_SEEN)
-        if bank.status[i] == CONFIRMED and shown > 0.99:
-            clutter[sensor, EXPECTED] += said
+        s.said[i] = said if bank.status[i] == CONFIRMED and shown > 0.99 else 0.0
         if shown >= 0.5:
             bank.inside[i], bank.home[i], bank.seen[i] = 1, sensor, t
         elif bank.home[i] == sensor:
             bank.inside[i] = 0
+        keep_aim(i, s)
         gate_plots(bank, i, window, n, rules.gate, cone, s)
         weigh(bank, i, window, rules.speed_max, s)
+    pairs = find_unresolved(bank, window, n, cone, s)
+    for i in range(size):
+        if s.unresolved[i] > 0.0:
+            allow_shared(bank, i, s.unresolved[i], s.shared[i], s)
     clusters = associate(size, rules.event_limit, counts, s)
     mine = s.claims
     for i in range(size):
         confirmed = bank.status[i] == CONFIRMED and s.seen[i] > 0.0
+        clutter[sensor, EXPECTED] += s.said[i] * (1.0 - s.unresolved[i])
         if bank.address[i] >= 0:
             absorb_cross(bank, i, s)
+        bank.nis_dof[i] = 0.0
         if absorb(bank, i, rules.existence_max, s) > 0.5:
             if confirmed and bank.inside[i] == 1:
-                clutter[sensor, CAME] += 1.0
+                clutter[sensor, CAME] += 1.0 - s.unresolved[i]
             bank.hits[i] += 1
             bank.updated[i], bank.seen[i] = t, t
             bank.inside[i], bank.home[i] = 1, sensor
             bank.fed[i] |= 1 << min(sensor, 62)
+            keep_nis(bank, i, s)
         for c in range(s.counts[i]):
             mine[s.plots[i, c]] += s.beta[i, c + 1]
+    claim_merged(pairs, mine, s)
     expected, shed = keep_plots(window, s.z, s.variance, s.sight, s.order, n, mine)
     counts[PLOTS_SHED] += shed
     for q in range(n):
@@ -326,6 +350,7 @@ def run_scans(
                 combined(bank, i, motion, table.x[rows], table.p[rows], s.motion)
                 table.existence[rows] = bank.existence[i]
                 table.ownship[rows] = bank.own[i, FLAG] != 0.0
+                table.nis[rows], table.nis_dof[rows] = bank.nis[i], bank.nis_dof[i] if use[k] else 0.0
                 rows += 1
     return t.shape[0], rows
 

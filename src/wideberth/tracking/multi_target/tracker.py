@@ -18,6 +18,7 @@ from wideberth.tracking.multi_target.history import History, Item
 from wideberth.tracking.multi_target.identity_kernels import ONE_WITH
 from wideberth.tracking.multi_target.intake import RADAR_KINDS, SensorLog, ready, scan_fault
 from wideberth.tracking.multi_target.life_kernels import drop_unscanned
+from wideberth.tracking.multi_target.renumbering import Numbers, keep_numbers, numbers_of
 from wideberth.tracking.multi_target.reports import AddressBook, ReadyReports, report_scan_fault
 from wideberth.tracking.multi_target.scan_kernels import report_tracks
 from wideberth.tracking.multi_target.state import TrackerState
@@ -62,6 +63,7 @@ class MultiTargetTracker:
         self._t_own = -math.inf
         self._t_own_heard = -math.inf
         self._told: set[tuple[int, ...]] = set()
+        self._told_of_reports: dict[tuple[int, int], tuple[int, int]] = {}
         self._book = AddressBook(self._config.reports)
         self._absorbed: dict[str, str] = {}
 
@@ -206,12 +208,13 @@ class MultiTargetTracker:
             return True
         if item.t < state.t - self._config.late_max_s:
             return False
-        if self._history.insert(state, item, lambda each: self._process(each, events)):
+        known = numbers_of(state)
+        if self._history.insert(state, item, lambda each: self._process(each, events, known)):
             self._counters[f"{name} late, put in order"] += 1
             return True
         return False
 
-    def _process(self, item: Item, events: list[str]) -> None:
+    def _process(self, item: Item, events: list[str], known: Numbers | None = None) -> None:
         if isinstance(item, ReadyReports):
             users, outcome = self._state.hear(item)
             for place, info in zip(users.tolist(), item.infos, strict=True):
@@ -220,6 +223,8 @@ class MultiTargetTracker:
                 self._make_second_place(row)
         else:
             self._state.take_in(item)
+        if known is not None:
+            keep_numbers(self._state, known)
         self._tell(events)
 
     def _make_second_place(self, row: int) -> None:
@@ -247,15 +252,16 @@ class MultiTargetTracker:
         for code, track, place, other in fusion.events[: fusion.event_count[0]].tolist():
             if code == ONE_WITH:
                 self._absorbed[str(other)] = str(track)
-            if (code, track, place, other) not in self._told:
-                # What is taken back may be told again.
-                self._told = {key for key in self._told if key[1:3] != (track, place)}
-                self._told.add((code, track, place, other))
+            # What is taken back may be told again.
+            if self._told_of_reports.get((track, place)) != (code, other):
+                self._told_of_reports[track, place] = (code, other)
                 events.append(REPORT_EVENTS[code].format(track=track, other=other, name=self._book.name(place)))
         fusion.event_count[0] = 0
+        oldest = int(self._state.bank.size[1]) - 500
         if len(self._told) > 1000:
-            oldest = int(self._state.bank.size[1]) - 500
             self._told = {key for key in self._told if key[1] >= oldest}
+        if len(self._told_of_reports) > 1000:
+            self._told_of_reports = {key: what for key, what in self._told_of_reports.items() if key[0] >= oldest}
 
     def _identify(self, ownship: Ownship | None) -> None:
         """Look which track is the ownship: of those of radars at the time of the last scan, of the others now."""

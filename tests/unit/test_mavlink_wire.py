@@ -7,6 +7,7 @@ import pytest
 
 from wideberth.links.mavlink.dialect import mavlink
 from wideberth.links.mavlink.telemetry_log import tlog_record
+from wideberth.links.mavlink.vehicle import Vehicle
 from wideberth.links.mavlink.wire import Wire, signing_key, split_frames
 
 T = 1_700_000_000.0
@@ -107,3 +108,16 @@ def test_pymavlinks_own_reader_reads_our_log(tmp_path, monkeypatch) -> None:
     while (message := reader.recv_match(blocking=False)) is not None:
         read.append((message.get_type(), message.custom_mode, message._timestamp))
     assert read == [("HEARTBEAT", k, T + k) for k in range(5)]
+
+
+@pytest.mark.parametrize("first", [0, 100, 127, 128, 200, 255])
+def test_the_mode_is_known_from_the_first_heartbeat_whatever_its_number(first: int) -> None:
+    vehicle = Vehicle(None)
+    for k in range(300):
+        message = heartbeat(k % 7)
+        frame = Wire(1, 1)
+        frame.send(message, T)
+        message._header.seq = (first + k) % 256
+        message._header.srcSystem = message._header.srcComponent = 1
+        vehicle.take(message, T + k)
+        assert vehicle.mode == k % 7

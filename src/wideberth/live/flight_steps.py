@@ -13,6 +13,7 @@ from wideberth.errors import InputError
 from wideberth.evaluation.metrics import RunMetrics
 from wideberth.live.autopilot import Autopilot, AutopilotLink
 from wideberth.live.clock import LiveClock
+from wideberth.live.hand_over_note import HandOverNote
 from wideberth.live.inputs import Input, InputLink
 from wideberth.live.latency import Histogram
 from wideberth.live.live_world import LiveWorld, changed
@@ -69,6 +70,7 @@ class FlightSteps:
         self._frame = scenario.origin.frame() if scenario.origin is not None else None
         self.autopilot: Autopilot = scenario.autopilot.target(scenario.autopilot.config, self._frame)
         self.commands = bool(getattr(scenario.autopilot.config, "command", False))
+        self._note = HandOverNote(str(getattr(scenario.autopilot.config, "connection", "")))
         self._pipeline = build_pipeline(scenario, time.thread_time, live=True)
         self.queue = PacketQueue()
         self.queues = {part.name: PacketQueue() for part in scenario.inputs}
@@ -84,6 +86,25 @@ class FlightSteps:
         self._states: Counter[str] = Counter()
         self.events: list[str] = []
         self.recording: Path | None = None
+        self._recall()
+
+    def _recall(self) -> None:
+        """Let the autopilot be given back what a program before this one had taken when it was killed."""
+        recall = getattr(self.autopilot, "recall", None)
+        if recall is None or not self.commands:
+            return
+        try:
+            text = self._note.left()
+            if text is not None:
+                recall(text)
+                self.events.append("the program before this one was ended in a maneuver: control is given back first")
+        except InputError as error:
+            self.events.append(f"a note of a maneuver cannot be used, the pilot must take over: {error}")
+
+    def keep_note(self) -> None:
+        """Keep on disk what a program after this one would have to give back."""
+        if self.commands and (trouble := self._note.keep(getattr(self.autopilot, "hand_over", None))):
+            self.events.append(trouble)
 
     def take_events(self) -> list[str]:
         """Return what happened since the last call, in words."""
@@ -126,6 +147,7 @@ class FlightSteps:
         if world is None or self._missing:
             self._discard(t)
             self.link.pump()
+            self.keep_note()
             self.events += [*self._clock.watch(), *self.autopilot.events()]
             return None
         ownship, scans = world.sense(t)
@@ -133,6 +155,7 @@ class FlightSteps:
         mission = world.mission
         snapshot = self._pipeline.step(t, ownship, scans, mission)
         world.actuate(t, snapshot.maneuver)
+        self.keep_note()
         sent = self.link.pump()
         taken = self._clock.now() - t
         self._latency.add(taken)

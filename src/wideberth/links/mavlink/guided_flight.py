@@ -129,8 +129,8 @@ class GuidedFlight:
         graced = mode == kind.mission_mode and t - self._acknowledged < _GRACE_S
         if self.phase is Phase.RESTORING:
             if self._recalled is not None:
-                if self._mission.path is None:
-                    return  # the mission is being read
+                if self._mission.path is None or mode < 0:
+                    return  # the mission is being read, or the mode not told yet
                 self._begin_restoring(self._recalled, t)
                 self._recalled = None
             self._restore(t, mode)

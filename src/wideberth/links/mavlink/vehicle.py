@@ -52,12 +52,15 @@ class Vehicle:
 
         Its eight bits are continued. A message far behind may be new after a long gap: three in a row are.
         """
+        if self._latest < 0:
+            self._latest = int(message.get_seq())
+            return self._latest
         ahead = (int(message.get_seq()) - self._latest + 128) % 256 - 128
-        if ahead < -_REORDERED and self._latest >= 0:
+        if ahead < -_REORDERED:
             self._behind += 1
             if self._behind >= _AGREEING:
                 ahead += 256
-        if ahead > 0 or self._latest < 0:
+        if ahead > 0:
             self._latest += ahead
             self._behind = 0
         return self._latest + min(ahead, 0)

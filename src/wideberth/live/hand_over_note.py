@@ -43,11 +43,12 @@ class HandOverNote:
             If there is a note that cannot be read.
         """
         try:
-            return self.path.read_text(encoding="utf-8")
+            self._kept = self.path.read_text(encoding="utf-8")
         except FileNotFoundError:
-            return None
+            self._kept = None
         except (OSError, UnicodeDecodeError) as error:
             raise InputError(f"{self.path}: cannot be read: {error}") from error
+        return self._kept
 
     def keep(self, text: str | None) -> str:
         """Write the note where it has changed, or remove it; return in words what went wrong, once.

@@ -92,6 +92,7 @@ class Autopilot:
         self._linked = False
         self._position_state = "ok"
         self._utc_told = False
+        self._recalled: str | None = None
 
     @property
     def frame(self) -> LocalFrame | None:
@@ -239,8 +240,10 @@ class Autopilot:
         To be kept somewhere safe whenever it changes.
         """
         mission, guided = self._mission, self._guided.phase is not Phase.IDLE
-        if not (guided or mission.is_altered) or mission.items is None:
+        if not (guided or mission.is_altered):
             return None
+        if mission.items is None:
+            return self._recalled  # not even read yet
         return HandOver(guided, mission.seq_to_resume(), mission.items, mission.held).to_json()
 
     def recall(self, hand_over: str) -> None:
@@ -252,6 +255,7 @@ class Autopilot:
             If the text is not one of `hand_over`.
         """
         left = HandOver.from_json(hand_over)
+        self._recalled = hand_over
         self._mission.recall(left.items, left.altered)
         if left.guided:
             self._guided.recall(left.seq)

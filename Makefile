@@ -45,10 +45,16 @@ bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results
 	$(BIN)/wideberth warmup
 	$(BIN)/python -m benchmarks.run
 
-experiments: setup  ## both Monte Carlo sets in full, and 50 missions in a recording (TRAFFIC=..., SEED=...); results go to docs/results
+experiments: setup  ## every study in full, hours; 50 missions in a recording with TRAFFIC=... SEED=...; results go to docs/results
 	$(BIN)/wideberth warmup
 	rm -rf out/monte_carlo
 	$(BIN)/python -m experiments.monte_carlo
+	$(BIN)/python -m experiments.radar_estimators
+	$(BIN)/python -m experiments.plot_model_fit
+	$(BIN)/python -m experiments.fusion_consistency docs/results/fusion_consistency.md
+	$(BIN)/python -m experiments.cas_encounters
+	$(BIN)/python -m experiments.ground_radar
+	$(BIN)/python -m experiments.live_soak
 	$(BIN)/python -m experiments.real_traffic_missions $(if $(TRAFFIC),--traffic $(TRAFFIC)) $(if $(SEED),--seed $(SEED))
 
 hooks: setup  ## run the linters before each commit

@@ -74,8 +74,9 @@ def main() -> None:
     parser.add_argument("--straight", type=int, default=2000, help="random encounters, intruders straight")
     parser.add_argument("--maneuvering", type=int, default=2000, help="random encounters, intruders maneuvering")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--rows", type=Path, default=Path("ground_radar_rows.jsonl"))
+    parser.add_argument("--rows", type=Path, default=Path("out/ground_radar_rows.jsonl"))
     asked = parser.parse_args()
+    asked.rows.parent.mkdir(parents=True, exist_ok=True)
     todo = list(jobs(asked.scenarios, asked.samples, asked.straight, asked.maneuvering))
     rows = run(todo, asked.rows, asked.workers)
     command = (

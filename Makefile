@@ -37,7 +37,7 @@ test: setup  ## lint, the kernels' tests without the compiler, then every test
 	$(MAKE) --no-print-directory lint \
 	  && NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term; \
 	status=$$?; wait $$warm && exit $$status
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(BIN)/python -m pytest -n 2 --dist worksteal --durations=12
 
 # Without BlueSky all other benchmarks still run.
 bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results

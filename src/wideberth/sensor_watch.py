@@ -20,6 +20,11 @@ scan it watches nothing yet: what it saw once has not become a track."""
 WATCHED_PROBABILITY = 0.5
 """A place is watched where an aircraft is seen in at least this share of the looks."""
 
+FLOOD_FACTOR, FLOOD_LEAST = 10.0, 100
+"""A scan with so many times the usual plots of its sensor, and at least so many, is a flood: jamming, rain, a fault.
+What is seen in it is not known to be all."""
+
+_USUAL_WEIGHT = 0.02  # of a scan in what is usual
 _DIRECTIONS = 24
 _SEAM = math.radians(5.0)
 """Between the fields of view of two sensors: an aircraft does not get lost in a gap that narrow."""
@@ -44,6 +49,8 @@ class SensorWatch:
         self._start = math.nan
         self._last: dict[str, Scan] = {}
         self._heard_from: dict[str, float] = {}
+        self._usual: dict[str, float] = {}
+        self._floods: dict[str, tuple[float, int]] = {}
         self._states: dict[str, str] = {}
         self._watched = True
 
@@ -76,15 +83,28 @@ class SensorWatch:
                 if last is None or scan.t - last.t > self._patience(scan.sensor):
                     self._heard_from[scan.sensor] = scan.t
                 self._last[scan.sensor] = scan
+                self._weigh(scan)
         for name in self._intervals:
             if name not in sensors:
                 sensors[name] = self._unheard(t, name)
+            since, plots = self._floods.get(name, (-math.inf, 0))
+            if t - since <= self._patience(name) and sensors[name].state == "ok":
+                sensors[name] = dataclasses.replace(sensors[name], state=f"flooded: {plots} plots in a scan")
         events = self._changes(sensors)
         watched = self._is_watched(t, ownship, sensors)
         if watched is not self._watched:
             events.append("all around is watched again" if watched else "not all around is watched by a sensor")
             self._watched = watched
         return sensors, watched and all(health.state == "ok" for health in sensors.values()), tuple(events)
+
+    def _weigh(self, scan: Scan) -> None:
+        """Note whether a scan is a flood; what is no flood is what is usual."""
+        name, plots = scan.sensor, len(scan.z)
+        usual = self._usual.setdefault(name, float(plots))
+        if plots >= FLOOD_LEAST and plots > FLOOD_FACTOR * usual:
+            self._floods[name] = (scan.t, plots)
+        else:
+            self._usual[name] = usual + _USUAL_WEIGHT * (plots - usual)
 
     def _patience(self, name: str) -> float:
         """Return how long a sensor may say nothing, s."""

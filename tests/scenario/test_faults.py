@@ -142,7 +142,8 @@ def test_500_false_plots_a_scan_for_a_second_are_survived_and_never_clear(fly):
     _, steps = fly(traffic(), *burst, "duration_s=12")
     jammed = [step for step in steps if sum(len(scan.z) for scan in step.scans) > 400]
     assert len(jammed) == 10 and all(len(step.snapshot.tracks) < 100 for step in steps)
-    assert all(step.snapshot.alert_state >= AlertLevel.UNKNOWN for step in between(steps, 8.2, 12.0))
+    assert all(step.snapshot.alert_state >= AlertLevel.UNKNOWN for step in between(steps, 8.0, 12.0))
+    assert any(event.startswith("sensor radar: flooded: 5") for event in told(steps))
 
 
 @compiled
@@ -168,6 +169,8 @@ def test_a_wall_of_aircraft_without_a_feasible_path(fly, kind):
     places = [(150.0 * column, 60.0 * row) for column in range(-3, 4) for row in (-1, 0, 1)]
     wall = [intruder(n + 1, 50.0, east, 200.0 + up, 180.0, 12.0) for n, (east, up) in enumerate(places)]
     settings = ['avoidance={kind="' + kind + '", altitude_min_m=180, altitude_max_m=220}']
+    # To the conventional beamformer aircraft at one range are one plot, and the wall has gaps.
+    settings.append('sensor.processing.beamformer="mvdr"')
     summary, steps = fly(traffic(*wall), *settings, "duration_s=12")
     flagged = [step for step in steps if step.snapshot.maneuver is not None and step.snapshot.maneuver.least_bad]
     assert flagged and summary["least_bad_maneuvers"] >= 1

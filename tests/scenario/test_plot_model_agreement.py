@@ -69,7 +69,7 @@ def seen(level, settings, ratio_db, rate, seed, n=LOOKS, **more):
 
 @pytest.mark.parametrize("settings", [LINE, PLANE], ids=["line", "plane"])
 @pytest.mark.parametrize(
-    ("swerling", "ratio_db", "rate"), [(0, -3.0, 0.0), (0, 1.0, 20.0), (1, 3.0, 3.0), (3, 0.0, -12.0)]
+    ("swerling", "ratio_db", "rate"), [(0, -3.0, 0.0), (0, 0.5, 20.0), (1, 3.0, 3.0), (3, 0.0, -12.0)]
 )
 def test_detection_is_as_probable(settings, swerling, ratio_db, rate):
     # Of the plane 20 sweeps are 320 powers, of the line 32 are 128.

@@ -94,3 +94,22 @@ def test_beyond_a_radars_reach_nothing_is_watched():
     # Below the ownship's height the field of view is too low.
     assert not watched(scan(0.0, position=(0.0, 0.0, 0.0)))
     assert not watched(scan(0.0), scan(0.0, "far", position=(5000.0, 0, -100.0)), position=(2500.0, 0.0, -100.0))
+
+
+def test_a_scan_with_far_more_plots_than_usual_is_a_flood():
+    watch = SensorWatch({"radar": 0.1}, 200.0)
+    states = []
+    for k in range(120):
+        plots = 500 if 40 <= k < 50 else 90 if k == 80 else 6
+        one = dataclasses.replace(scan(k / 10), z=np.zeros((plots, 4)))
+        sensors, sound, _ = watch.step(k / 10, own(), [one])
+        states.append(sensors["radar"].state)
+        assert sound is (states[-1] == "ok" and k >= 10)
+    # Until a second after the last; 90 plots are too few to tell.
+    assert {k for k, state in enumerate(states) if state != "ok"} == set(range(40, 60))
+    assert states[45] == "flooded: 500 plots in a scan"
+    # A radar that always gives as many is no flood.
+    watch = SensorWatch({"radar": 0.1}, 200.0)
+    for k in range(20):
+        one = dataclasses.replace(scan(k / 10), z=np.zeros((500, 4)))
+        assert watch.step(k / 10, own(), [one])[0]["radar"].state == "ok"

@@ -63,7 +63,7 @@ def markdown(cases: Mapping[str, Sequence[Row]], command: str) -> str:
         "| --- | --- | --- | ---: | ---: | --- | ---: | ---: |",
         *(_numbers(case, rows) for case, rows in flown.items()),
         "",
-        "![The two scenarios, seed 1](ground_radar.png)",
+        "![The two scenarios, first seed](ground_radar.png)",
         "",
     ]
     return "\n".join(lines)

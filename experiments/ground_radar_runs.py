@@ -23,13 +23,14 @@ LOST = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One flight: a case of the study, the scenario with its overrides, the seed, and whether it avoids."""
+    """One flight: a case, the scenario with its overrides, the seed, whether it avoids, and whether a map is kept."""
 
     case: str
     scenario: str
     overrides: tuple[str, ...]
     seed: int
     avoid: bool
+    mapped: bool = False
 
     @property
     def key(self) -> str:
@@ -144,7 +145,7 @@ def fly(job: Job) -> dict[str, Any]:
     }
     if job.avoid and summary["violation_count"]:
         row["causes"] = _causes(scenario, watcher)
-    if job.seed == 1 and job.avoid:
+    if job.mapped:
         # One in ten steps is enough for a map.
         row["map"] = {
             "t": watcher.times[::10],

@@ -4,12 +4,9 @@ import math
 import re
 from datetime import UTC, datetime
 
-from wideberth.sensors.adsb.clock_guard import ClockGuard
-from wideberth.sensors.adsb.frame_readers import NOMINAL_INTERVAL
-from wideberth.sensors.adsb.geodetic_reader import GeodeticReader, say
-from wideberth.sensors.adsb.readers import LineSplitter, nonzero
+from wideberth.sensors.adsb.geodetic_reader import say
+from wideberth.sensors.adsb.line_reader import LineReader
 from wideberth.sensors.adsb.report import AdsbReport
-from wideberth.sensors.adsb.stratux_log import StratuxLog
 from wideberth.units import DEGREE, FOOT, FOOT_PER_MINUTE, KNOT
 
 _KINDS = {
@@ -27,41 +24,13 @@ _ADDRESS = re.compile(r"~?[0-9A-Fa-f]{6}")
 _TRUE = ("1", "-1")
 
 
-class SbsReader(GeodeticReader):
+class SbsReader(LineReader[list[str]]):
     """Reader of SBS lines.
 
     The time of a message is its date and time generated (taken as UTC), else logged, else the counter in front of the
     line after the time of the last START line, else messages are taken to come every `NOMINAL_INTERVAL` s from 0 on.
     Altitudes of surveillance and air-air replies (types 5 to 7) are not used, like those of raw frames.
     """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._clock: ClockGuard[list[str]] = ClockGuard()
-        self._lines = LineSplitter()
-        self._log = StratuxLog()
-        self._nominal = 0.0
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Counts of messages by kind, of results, and of rejections by cause."""
-        return super().counters | nonzero(self._clock.results)
-
-    def _left_out(self) -> dict[str, int]:
-        return nonzero(self._rejects, self._clock.rejects)
-
-    def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:
-        """Return the reports that more bytes complete."""
-        return self._read(self._lines.split(data), t)
-
-    def finish(self) -> list[AdsbReport]:
-        """Return what is left at the end of the stream."""
-        reports = self._read(self._lines.rest(), None)
-        return reports + self._reports(self._clock.finish())
-
-    def restart(self) -> None:
-        """Forget the part of a line that a broken connection left."""
-        self._lines.rest()
 
     def _read(self, lines: list[str], t: float | None) -> list[AdsbReport]:
         reports: list[AdsbReport] = []
@@ -101,10 +70,7 @@ class SbsReader(GeodeticReader):
                     )
                 except (ValueError, OverflowError):
                     return math.nan
-        if counted is not None:
-            return counted
-        self._nominal += NOMINAL_INTERVAL
-        return self._nominal
+        return self._counted(counted)
 
     def _reports(self, messages: list[tuple[float, list[str]]]) -> list[AdsbReport]:
         reports = []

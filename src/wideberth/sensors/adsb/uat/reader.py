@@ -3,14 +3,11 @@
 import math
 import re
 
-from wideberth.sensors.adsb.clock_guard import ClockGuard
-from wideberth.sensors.adsb.frame_readers import NOMINAL_INTERVAL
-from wideberth.sensors.adsb.geodetic_reader import GeodeticReader, say
+from wideberth.sensors.adsb.geodetic_reader import say
+from wideberth.sensors.adsb.line_reader import LineReader
 from wideberth.sensors.adsb.message_fields import EMERGENCIES
 from wideberth.sensors.adsb.quality import emitter_category_of_number
-from wideberth.sensors.adsb.readers import LineSplitter, nonzero
 from wideberth.sensors.adsb.report import AdsbReport
-from wideberth.sensors.adsb.stratux_log import StratuxLog
 from wideberth.sensors.adsb.uat import messages as m
 from wideberth.units import FOOT, FOOT_PER_MINUTE, KNOT
 
@@ -20,7 +17,7 @@ _ICAO_QUALIFIERS = (m.ICAO, m.TISB_ICAO)
 _CATEGORIES = 12
 
 
-class UatReader(GeodeticReader):
+class UatReader(LineReader[bytes]):
     """Reader of the raw output of dump978 (port 30978), plain or behind the nanosecond counter of a Stratux log.
 
     The time of a message is its field ``t``, else the counter in front of the line after the time of the last START
@@ -28,34 +25,6 @@ class UatReader(GeodeticReader):
     aircraft and vehicles on the ground are left out. Addresses that are no ICAO ones (also track numbers of TIS-B) are
     marked with "~".
     """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._clock: ClockGuard[bytes] = ClockGuard()
-        self._lines = LineSplitter()
-        self._log = StratuxLog()
-        self._nominal = 0.0
-
-    @property
-    def counters(self) -> dict[str, int]:
-        """Counts of messages by kind, of results, and of rejections by cause."""
-        return super().counters | nonzero(self._clock.results)
-
-    def _left_out(self) -> dict[str, int]:
-        return nonzero(self._rejects, self._clock.rejects)
-
-    def feed(self, data: bytes, t: float | None = None) -> list[AdsbReport]:
-        """Return the reports that more bytes complete."""
-        return self._read(self._lines.split(data), t)
-
-    def finish(self) -> list[AdsbReport]:
-        """Return what is left at the end of the stream."""
-        reports = self._read(self._lines.rest(), None)
-        return reports + self._reports(self._clock.finish())
-
-    def restart(self) -> None:
-        """Forget the part of a line that a broken connection left."""
-        self._lines.rest()
 
     def _read(self, lines: list[str], t: float | None) -> list[AdsbReport]:
         reports: list[AdsbReport] = []
@@ -82,11 +51,7 @@ class UatReader(GeodeticReader):
         stamp = _TIME.search(fields)
         if stamp is not None:
             return float(stamp[1])
-        counted = self._log.time(counter) if counter else None
-        if counted is not None:
-            return counted
-        self._nominal += NOMINAL_INTERVAL
-        return self._nominal
+        return self._counted(self._log.time(counter) if counter else None)
 
     def _reports(self, payloads: list[tuple[float, bytes]]) -> list[AdsbReport]:
         reports = []

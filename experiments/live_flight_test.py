@@ -128,8 +128,8 @@ def page_of(rows: list[dict[str, Any]], parallel: int) -> str:
         " `scenarios/flight_test.toml` (thesis 5.4) flown in real time by a simulated copter behind MAVLink, plots of"
         " the radar by UDP with both intruders in its picture, and `wideberth fly --command`. Ranges are horizontal,"
         f" from the vehicle's telemetry to the true intruders; the circle is {RADIUS:g} m. Latency: from the start of a"
-        " step to its bytes handed to the socket. The radar's errors are the same in all runs (the sender has the scenario's"
-        " seed); when vehicle, radar and program meet is not.",
+        " step to its bytes handed to the socket. The radar's errors are the same in all runs (the sender has the"
+        " scenario's seed); when vehicle, radar and program meet is not.",
         "",
         "| run | least range, m | mission finished | maneuvers, reversals | steps, missed | step p50 / p95 / p99, ms |"
         " packet age p50 / p99, ms | replay |",

@@ -35,7 +35,7 @@ lint: setup  ## style, types and the import contracts
 test: setup  ## lint, the kernels' tests without the compiler, then every test
 	$(BIN)/wideberth warmup & warm=$$!; \
 	$(MAKE) --no-print-directory lint \
-	  && NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term; \
+	  && NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term --durations=12; \
 	status=$$?; wait $$warm && exit $$status
 	$(BIN)/python -m pytest -n 2 --dist worksteal --durations=12
 

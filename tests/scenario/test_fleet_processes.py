@@ -1,6 +1,7 @@
 """Fleets flown as one process for each vehicle, by UDP on loopback."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from wideberth.simulation.fleet_config import FleetConfig, FleetVehicleConfig, l
 from wideberth.simulation.fleet_vehicle import MESSAGE_BYTES, FleetVehicle
 from wideberth.units import FOOT
 
+compiled = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="flies for minutes without the compiler"
+)
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
@@ -30,6 +34,7 @@ def in_lockstep(config: FleetConfig) -> list[FleetVehicle]:
     return vehicles
 
 
+@compiled
 @pytest.mark.parametrize("name", ["cas_figure_4_22a", "cas_six_to_one_place", "cas_six_turning"])
 def test_vehicles_alone_fly_as_the_fleet_does(name: str) -> None:
     config = load_fleet(SCENARIOS / f"{name}.toml")
@@ -43,6 +48,7 @@ def test_vehicles_alone_fly_as_the_fleet_does(name: str) -> None:
         assert not record.refused
 
 
+@compiled
 def test_processes_come_to_the_same_distances(tmp_path: Path) -> None:
     # All is drawn alike; only the computer's own delay comes on top.
     scenario = SCENARIOS / "cas_figure_4_22a.toml"

@@ -1,5 +1,6 @@
 """Turns, changes of speed, climbs and combinations among vehicles that avoid each other."""
 
+import os
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,9 @@ from wideberth.vehicles.config import RotorcraftConfig
 from wideberth.vehicles.rotorcraft import parameters
 
 D = 12 * FOOT
+compiled = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="flights take minutes without the compiler"
+)
 states = st.tuples(
     st.floats(-40, 40), st.floats(-40, 40), st.floats(-18, -12),
     st.floats(-1.5, 1.5), st.floats(-1.5, 1.5), st.floats(-0.6, 0.3),
@@ -129,6 +133,7 @@ def fleet(controller: str, courses: list[float], duration: float = 70.0, **radio
     )
 
 
+@compiled
 @pytest.mark.parametrize("controller", sorted(KINDS))
 @pytest.mark.parametrize("angle", [60.0, 90.0, 135.0, 180.0])
 def test_pairs_stay_apart_and_come_back(controller: str, angle: float) -> None:
@@ -147,6 +152,7 @@ def test_pairs_stay_apart_and_come_back(controller: str, angle: float) -> None:
         assert run.aside.max() < 0.3
 
 
+@compiled
 def test_head_on_all_keep_the_other_on_the_left_and_the_nearest_way_is_taken() -> None:
     run = fly_fleet(fleet("horizontal", [0.0, np.pi]), 1.0)
     middle = run.states[30]
@@ -160,6 +166,7 @@ def test_head_on_all_keep_the_other_on_the_left_and_the_nearest_way_is_taken() -
     assert run.drift.max() > 5 * run.aside.max()
 
 
+@compiled
 @pytest.mark.parametrize("controller", ["horizontal", "least_deviation", "combined", "roundabout"])
 def test_six_that_meet_at_one_place_stay_apart(controller: str) -> None:
     run = fly_fleet(fleet(controller, [np.pi * k / 3 for k in range(6)], 120.0), 1.0)

@@ -1,6 +1,8 @@
 """Shows a flight's status from a thread of its own: a stopped terminal or a full pipe must not stop the flight."""
 
+import contextlib
 import json
+import os
 import sys
 import threading
 from collections import deque
@@ -70,8 +72,16 @@ class StatusWriter:
             {"json": self._write_json, "screen": self._write_screen, "lines": self._write_lines}[self._how]()
         except (OSError, ValueError):
             # The reader has gone; the flight goes on.
+            self._discard()
             while self._next() is not None:
                 pass
+
+    def _discard(self) -> None:
+        """Let what is still buffered go nowhere, or the program's end would fail on it."""
+        with contextlib.suppress(OSError, ValueError):
+            nowhere = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(nowhere, self._stream.fileno())
+            os.close(nowhere)
 
     def _write_json(self) -> None:
         while (status := self._next()) is not None:

@@ -1,6 +1,7 @@
 """Figures 2.7 to 2.12 as sweeps: what is swept, what stays fixed, and where each number comes from."""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -12,6 +13,11 @@ from wideberth.analysis.range_sweep import words
 from wideberth.analysis.thesis_claims import claims
 from wideberth.analysis.thesis_figures import FIGURES, sweep
 from wideberth.units import DEGREE, FOOT, KNOT, NAUTICAL_MILE
+
+# The kernels are compared with their twins elsewhere; here they only draw.
+pytestmark = pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="ten figures take minutes without the compiler"
+)
 
 FLOWN = {name: value for name, value in COLLISION_AVOIDANCE.items() if name != "safety_radius"}
 POINTS = 21

@@ -26,8 +26,13 @@ def _uses_kernels(module: ModuleType) -> bool:
     )
 
 
+_LONGEST = {"test_no_flip_flop.py", "test_montecarlo_tiers.py"}
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     for item in items:
         module = getattr(item, "module", None)
         if isinstance(module, ModuleType) and _uses_kernels(module):
             item.add_marker("kernels")
+    # The longest first, or one worker waits for the other at the end.
+    items.sort(key=lambda item: item.path.name not in _LONGEST)

@@ -14,13 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-from wideberth.plots import Plots
 from wideberth.sensors.adsb.config import AdsbErrorConfig
 from wideberth.sensors.adsb.simulated import SimulatedAdsb
-from wideberth.simulation.radar_plots import maneuvering_flights, radar_plots, straight_flights
+from wideberth.simulation.radar_plots import maneuvering_flights, radar_plots, radar_scan, straight_flights
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.tracker import MultiTargetTracker
-from wideberth.types import DetectionModel, Scan, Track, TrackStatus
+from wideberth.types import Track, TrackStatus
 
 FloatArray = NDArray[np.float64]
 
@@ -31,24 +30,6 @@ FLOWN = ("straight", "maneuvering")
 NEAR_M = 400.0
 PARTS = {"position": slice(0, 3), "velocity": slice(3, 6), "horizontal": slice(0, 2)}
 ELLIPSE = chi2.ppf(0.95, 2)
-
-
-def scan_of(plots: Plots, k: int) -> Scan:
-    """Return scan `k` of a file of plots as a sensor gives it."""
-    z = plots.z[plots.first[k] : plots.first[k + 1]]
-    return Scan(
-        t=float(plots.t[k]),
-        t_received=float(plots.t[k]),
-        sensor="radar",
-        kind="radar",
-        z=z,
-        R=np.tile(np.diag(plots.sigma**2), (len(z), 1, 1)),
-        t_valid=np.full(len(z), plots.t[k]),
-        sensor_position=plots.sensor_position[k],
-        sensor_attitude=plots.sensor_attitude[k],
-        field_of_view=plots.field_of_view,
-        detection=DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability])),
-    )
 
 
 def run(seen: str, flown: str, seed: int) -> FloatArray:
@@ -66,7 +47,7 @@ def run(seen: str, flown: str, seed: int) -> FloatArray:
     looks: list[list[FloatArray]] = [[] for _ in range(AIRCRAFT)]
     possible = np.zeros(AIRCRAFT)
     for k, t in enumerate(plots.t.tolist()):
-        scans = [] if seen == "ADS-B" else [scan_of(plots, k)]
+        scans = [] if seen == "ADS-B" else [radar_scan(plots, k)]
         if seen != "radar":
             scans.append(receiver.sense(t, position[k], velocity[k], np.zeros(3)))
         tracks = tracker.step(t, scans)[0]

@@ -6,33 +6,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth.plots import Plots
 from wideberth.sensors.adsb.config import AdsbErrorConfig
 from wideberth.sensors.adsb.simulated import SimulatedAdsb
-from wideberth.simulation.radar_plots import radar_plots
+from wideberth.simulation.radar_plots import radar_plots, radar_scan
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.tracker import MultiTargetTracker
-from wideberth.types import DetectionModel, Scan, Track, TrackStatus
+from wideberth.types import Scan, Track, TrackStatus
 
 FloatArray = NDArray[np.float64]
 STEP = 0.1
-
-
-def radar_scan(plots: Plots, k: int, name: str = "radar") -> Scan:
-    z = plots.z[plots.first[k] : plots.first[k + 1]]
-    return Scan(
-        t=float(plots.t[k]),
-        t_received=float(plots.t[k]),
-        sensor=name,
-        kind="radar",
-        z=z,
-        R=np.tile(np.diag(plots.sigma**2), (len(z), 1, 1)),
-        t_valid=np.full(len(z), plots.t[k]),
-        sensor_position=plots.sensor_position[k],
-        sensor_attitude=plots.sensor_attitude[k],
-        field_of_view=plots.field_of_view,
-        detection=DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability])),
-    )
 
 
 @dataclass

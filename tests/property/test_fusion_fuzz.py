@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.fusion_scene import Scene, radar_scan
+from tests.fusion_scene import Scene
+from wideberth.simulation.radar_plots import radar_scan
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.tracker import MultiTargetTracker
 from wideberth.tracking.multi_target.words import REPORT_COUNTERS

@@ -32,6 +32,14 @@ def start(folder, autopilot, radar, state):
     )  # fmt: skip
 
 
+def vehicle_and_sender(autopilot, radar):
+    commands = (
+        ["simulate-vehicle", "--mission", str(SCENARIO), "--connect", f"udp:127.0.0.1:{autopilot}"],
+        ["send-radar", str(SCENARIO), "--to", f"127.0.0.1:{radar}"],
+    )
+    return [subprocess.Popen([*COMMAND, *command], cwd=ROOT, stderr=subprocess.DEVNULL) for command in commands]
+
+
 def test_a_copter_avoids_what_a_radar_sees_and_control_is_given_back(tmp_path):
     autopilot, radar = free_port(), free_port()
     flight = start(tmp_path, autopilot, radar, tmp_path / "state")
@@ -41,11 +49,7 @@ def test_a_copter_avoids_what_a_radar_sees_and_control_is_given_back(tmp_path):
         for line in flight.stdout:
             if not others:
                 # Once the flight is ready: its kernels are compiled.
-                for command in (
-                    ["simulate-vehicle", "--mission", str(SCENARIO), "--connect", f"udp:127.0.0.1:{autopilot}"],
-                    ["send-radar", str(SCENARIO), "--to", f"127.0.0.1:{radar}"],
-                ):
-                    others.append(subprocess.Popen([*COMMAND, *command], cwd=ROOT, stderr=subprocess.DEVNULL))
+                others = vehicle_and_sender(autopilot, radar)
             seen.append(json.loads(line))
             avoided = seen[-1]["autopilot"]["state"] == "avoiding" and seen[-1]["ownship"]["state"] == "ok"
             if avoided or len(seen) > 90:
@@ -78,11 +82,7 @@ def test_a_program_after_a_killed_one_gives_control_back(tmp_path):
     try:
         for line in flight.stdout:
             if not others:
-                for command in (
-                    ["simulate-vehicle", "--mission", str(SCENARIO), "--connect", f"udp:127.0.0.1:{autopilot}"],
-                    ["send-radar", str(SCENARIO), "--to", f"127.0.0.1:{radar}"],
-                ):
-                    others.append(subprocess.Popen([*COMMAND, *command], cwd=ROOT, stderr=subprocess.DEVNULL))
+                others = vehicle_and_sender(autopilot, radar)
             seen.append(json.loads(line))
             if seen[-1]["autopilot"]["state"] == "avoiding" or len(seen) > 90:
                 break

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from wideberth.plots import Plots
-from wideberth.simulation.radar_plots import maneuvering_flights, radar_plots, straight_flights
+from wideberth.simulation.radar_plots import maneuvering_flights, radar_plots, radar_scan, straight_flights
 from wideberth.tracking import PLOT_TRACKERS
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.intake import SensorLog, detection_table
@@ -25,23 +25,6 @@ def tracker(**settings):
     return MultiTargetTracker(MultiTargetConfig(**settings))
 
 
-def scan_of(plots: Plots, k: int, name="radar") -> Scan:
-    z = plots.z[plots.first[k] : plots.first[k + 1]]
-    return Scan(
-        t=float(plots.t[k]),
-        t_received=float(plots.t[k]),
-        sensor=name,
-        kind="radar",
-        z=z,
-        R=np.tile(np.diag(plots.sigma**2), (len(z), 1, 1)),
-        t_valid=np.full(len(z), plots.t[k]),
-        sensor_position=plots.sensor_position[k],
-        sensor_attitude=plots.sensor_attitude[k],
-        field_of_view=plots.field_of_view,
-        detection=DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability])),
-    )
-
-
 def one_flight(n=60, seed=1, place=PLACE, velocity=VELOCITY, **rules) -> tuple[Plots, np.ndarray]:
     """Plots of one straight flight, and its states."""
     t = 0.1 * np.arange(n)
@@ -55,7 +38,7 @@ def feed(part, plots, begin=0, end=None):
     """Step through scans; return the last tracks and all events."""
     tracks, events = (), []
     for k in range(begin, plots.n_scans if end is None else end):
-        tracks, told = part.step(float(plots.t[k]), [scan_of(plots, k)])
+        tracks, told = part.step(float(plots.t[k]), [radar_scan(plots, k)])
         events.extend(told)
     return tracks, events
 
@@ -88,7 +71,7 @@ def test_steps_and_a_run_are_the_same(onboard):
         own = None
         if not onboard:
             own = Ownship(float(plots.t[k]), plots.ownship[k, :3], plots.ownship[k, 3:])
-        tracks, _ = part.step(float(plots.t[k]), [scan_of(plots, k)], own)
+        tracks, _ = part.step(float(plots.t[k]), [radar_scan(plots, k)], own)
         for track in tracks:
             at = np.flatnonzero((table.scan == k) & (table.track_id == int(track.id)))
             if track.status is not TrackStatus.CONFIRMED and not len(at):
@@ -135,7 +118,7 @@ def test_misses_coast_and_then_lose_the_track():
     statuses, events = [], []
     for k in range(1, 60):
         t = float(plots.t[-1]) + 0.1 * k
-        empty = dataclasses.replace(scan_of(plots, 59), t=t, z=np.zeros((0, 4)), R=np.zeros((0, 4, 4)))
+        empty = dataclasses.replace(radar_scan(plots, 59), t=t, z=np.zeros((0, 4)), R=np.zeros((0, 4, 4)))
         tracks, told = part.step(t, [empty])
         statuses.extend(x.status for x in tracks if x.id == track.id)
         events.extend(told)
@@ -153,7 +136,7 @@ def test_outside_the_field_of_view_it_coasts_and_keeps_its_number():
     assert len(gone) > 20
     part, ids, coasting = tracker(), set(), 0
     for k in range(n):
-        tracks, _ = part.step(float(plots.t[k]), [scan_of(plots, k)])
+        tracks, _ = part.step(float(plots.t[k]), [radar_scan(plots, k)])
         ids |= {t.id for t in confirmed(tracks)}
         coasting += any(t.status is TrackStatus.COASTING for t in tracks) and k in gone
     assert len(ids) == 1 and coasting > 10
@@ -168,7 +151,7 @@ def test_no_scan_for_long_drops_everything():
     tracks, events = part.step(6.0 + 40.0, [])
     assert not tracks and any("no scan for too long" in e for e in events)
     # A clock that leaps is no reason to hang.
-    late = dataclasses.replace(scan_of(plots, 59), t=1e7)
+    late = dataclasses.replace(radar_scan(plots, 59), t=1e7)
     assert part.step(1e7, [late])[0] == ()
 
 
@@ -200,7 +183,7 @@ def test_bad_scans_are_counted_and_tracks_survive(change, counter):
     part = tracker()
     tracks, _ = feed(part, plots, 0, 60)
     (track,) = confirmed(tracks)
-    good = scan_of(plots, 60)
+    good = radar_scan(plots, 60)
     _, events = part.step(good.t, [broken(good, **change(good))])
     assert part.counters[counter] >= 1
     if counter.startswith(("scan", "sensor", "field")) and counter != "scan of another kind":
@@ -214,7 +197,7 @@ def test_a_repeated_scan_is_taken_once():
     part, twin = tracker(), tracker()
     feed(part, plots, 0, 30)
     feed(twin, plots, 0, 30)
-    scan = scan_of(plots, 30)
+    scan = radar_scan(plots, 30)
     a, events = part.step(scan.t, [scan, scan])
     b, _ = twin.step(scan.t, [scan])
     assert part.counters["scan repeated"] == 1 and any("repeated" in e for e in events)
@@ -227,7 +210,7 @@ def test_a_sensor_that_stays_at_its_new_place_is_believed():
     feed(part, plots, 0, 40)
     shift = np.array([5000.0, 0.0, 0.0])
     for k in range(40, 70):
-        scan = scan_of(plots, k)
+        scan = radar_scan(plots, k)
         part.step(scan.t, [broken(scan, sensor_position=scan.sensor_position + shift)])
     assert part.counters["sensor jumped"] == 2
     tracks, _ = part.step(float(plots.t[-1]), [])
@@ -254,7 +237,7 @@ def test_late_scans_are_put_in_order():
     now = 0.0
     for k in order:
         now = max(now, float(plots.t[k]))
-        part.step(now, [scan_of(plots, k)])
+        part.step(now, [radar_scan(plots, k)])
     assert part.counters["scan late, put in order"] == 14
     a, b = part.step(5.9, [])[0], twin.step(5.9, [])[0]
     assert len(confirmed(a)) == len(confirmed(b)) == 1
@@ -318,9 +301,9 @@ def test_two_sensors_of_different_poses_and_rates_feed_one_track():
     )
     part, alone = tracker(), tracker()
     for k in range(80):
-        scans = [scan_of(one, k, "north")]
+        scans = [radar_scan(one, k, "north")]
         if k % 3 == 0:
-            scans.append(scan_of(two, k, "east"))
+            scans.append(radar_scan(two, k, "east"))
         tracks, _ = part.step(0.1 * k, scans)
         single, _ = alone.step(0.1 * k, scans[:1])
     (both,), (first,) = confirmed(tracks), confirmed(single)
@@ -438,7 +421,7 @@ def test_the_state_does_not_grow_with_time():
     sizes = []
     for lap in range(3):
         for k in range(150):
-            scan = scan_of(plots, k)
+            scan = radar_scan(plots, k)
             t = scan.t + 30.0 * lap
             part.step(t, [dataclasses.replace(scan, t=t)])
         state, history = part._state, part._history
@@ -464,7 +447,7 @@ def test_tracks_born_again_by_a_late_scan_keep_their_numbers():
     part, seen = tracker(), {}
     for count, k in enumerate(order):
         t = float(plots.t[max(order[: count + 1])])
-        tracks, _ = part.step(t, [scan_of(plots, k)])
+        tracks, _ = part.step(t, [radar_scan(plots, k)])
         for x in tracks:
             if np.linalg.norm(x.position - truth[max(order[: count + 1])][:3]) < 30.0:
                 seen.setdefault(x.id, []).append(t)
@@ -481,7 +464,7 @@ def test_ten_thousand_plots_and_reports_in_one_step_are_taken_in_and_counted():
     plots, _ = one_flight(n=40)
     part, n = tracker(reports={"addresses_max": 6000}), 10_000
     feed(part, plots, 0, 39)
-    scan = scan_of(plots, 39)
+    scan = radar_scan(plots, 39)
     z = np.full((n, 4), np.nan)
     z[:, 0], z[:, 1] = 600 * rng.random(n) ** (1 / 3), rng.uniform(-math.pi, math.pi, n)
     z[:, 2] = np.arcsin(rng.random(n))

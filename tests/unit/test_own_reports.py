@@ -6,7 +6,8 @@ import os
 import numpy as np
 import pytest
 
-from tests.fusion_scene import Scene, follow, radar_scan
+from tests.fusion_scene import Scene, follow
+from wideberth.simulation.radar_plots import radar_scan
 from wideberth.tracking.lost_traffic import LostTraffic
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.tracker import MultiTargetTracker

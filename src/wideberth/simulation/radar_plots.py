@@ -14,6 +14,7 @@ from wideberth.plots import Plots
 from wideberth.sensors.radar.plot_file import PlotTruth
 from wideberth.sensors.radar.plot_model import even_directions
 from wideberth.tracking.motion_kernels import TURNING, path_velocity, propagate
+from wideberth.types import DetectionModel, Scan
 
 FloatArray = NDArray[np.float64]
 
@@ -185,3 +186,21 @@ def radar_plots(
         ownship=telemetry,
     )
     return plots, PlotTruth(position, velocity, visible, ownship)
+
+
+def radar_scan(plots: Plots, k: int, name: str = "radar") -> Scan:
+    """Return scan `k` of plots as the sensor `name` gives it."""
+    z = plots.z[plots.first[k] : plots.first[k + 1]]
+    return Scan(
+        t=float(plots.t[k]),
+        t_received=float(plots.t[k]),
+        sensor=name,
+        kind="radar",
+        z=z,
+        R=np.tile(np.diag(plots.sigma**2), (len(z), 1, 1)),
+        t_valid=np.full(len(z), plots.t[k]),
+        sensor_position=plots.sensor_position[k],
+        sensor_attitude=plots.sensor_attitude[k],
+        field_of_view=plots.field_of_view,
+        detection=DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability])),
+    )

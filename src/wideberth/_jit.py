@@ -1,10 +1,12 @@
 """The one place that decides how kernels are compiled and where the results are cached.
 
 Numba's own cache notices an edit of the file that holds a kernel, but not of a kernel it imports, and then
-returns stale machine code. The cache folder is therefore keyed by a hash of every kernel source in the package.
+returns stale machine code. Each module of kernels is therefore kept in a folder named by a hash of its source and of
+all that it imports from the package: an edit compiles anew what rests on it, and nothing else.
 """
 
 import contextlib
+import functools
 import hashlib
 import os
 import re
@@ -24,15 +26,40 @@ R = TypeVar("R")
 _PACKAGE = Path(__file__).resolve().parent
 _KEPT_DAYS = 30.0
 _HASH = re.compile(r"[0-9a-f]{16}")
+# Imports by full name, the only ones there are among kernels (the linter sees to that).
+_IMPORT = re.compile(r"^\s*(?:from|import)\s+([\w.]+)(?:\s+import\s+(\([^)]*\)|[^\n]*))?", re.MULTILINE)
+_NAME = re.compile(r"\w+")
 
 
-def source_hash(package: Path = _PACKAGE) -> str:
-    """Return a short hash over the sources of all kernels (``_jit.py`` and every ``*kernels.py``)."""
+def source_hash(source: Path, package: Path = _PACKAGE) -> str:
+    """Return a short hash over a module of kernels, ``_jit.py`` and all modules of the package that it rests on."""
+    found: set[Path] = set()
+    waiting = [source, package / "_jit.py"]
+    while waiting:
+        path = waiting.pop()
+        if path not in found:
+            found.add(path)
+            waiting += _read(path, package)[1]
     digest = hashlib.sha256()
-    for path in sorted([*package.rglob("*kernels.py"), package / "_jit.py"]):
-        digest.update(path.relative_to(package).as_posix().encode())
-        digest.update(path.read_bytes())
+    for path in sorted(found):
+        digest.update(path.name.encode())
+        digest.update(_read(path, package)[0])
     return digest.hexdigest()[:16]
+
+
+@functools.cache
+def _read(path: Path, package: Path) -> tuple[bytes, tuple[Path, ...]]:
+    """Return a digest of a source, and the files of the package that it imports."""
+    source = path.read_bytes()
+    files = []
+    for module, names in _IMPORT.findall(source.decode()):
+        head, *rest = module.split(".")
+        if head == package.name:
+            folder = package.joinpath(*rest)
+            # What is imported is a module, or a name in one.
+            candidates = [folder, *(folder / name for name in _NAME.findall(names))]
+            files += [file for c in candidates if (file := c.with_suffix(".py")).is_file()]
+    return hashlib.sha256(source).digest(), tuple(files)
 
 
 def cache_base() -> Path:
@@ -47,19 +74,27 @@ def cache_base() -> Path:
 def cache_directory() -> Path:
     """Return the folder for compiled kernels, creating it; a private temporary one where the home is not writable."""
     try:
-        return _ready(cache_base() / source_hash())
+        return _ready(cache_base())
     except OSError:
-        return _ready(_private_temporary_folder() / source_hash())
+        return _ready(_private_temporary_folder())
 
 
 def _ready(folder: Path) -> Path:
-    known = folder.is_dir()
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryFile(dir=folder):
         pass  # it can be written
+    return folder
+
+
+@functools.cache
+def _folder_of(source: Path) -> Path:
+    """Return the folder for the kernels of a module, and mark it as used."""
+    folder = CACHE_DIRECTORY / source_hash(source)
+    known = folder.is_dir()
+    folder.mkdir(exist_ok=True)
     os.utime(folder)
     if not known:
-        _prune(folder.parent)
+        _prune(CACHE_DIRECTORY)
     return folder
 
 
@@ -88,11 +123,11 @@ CACHE_DIRECTORY = cache_directory()
 
 
 @contextlib.contextmanager
-def _our_cache() -> Iterator[None]:
+def _our_cache(source: Path) -> Iterator[None]:
     # Numba asks for the folder when a function is decorated; the setting is put back, as it is the whole process's.
     settings = vars(numba.config)
     before = settings["CACHE_DIR"]
-    settings["CACHE_DIR"] = str(CACHE_DIRECTORY)
+    settings["CACHE_DIR"] = str(_folder_of(source))
     try:
         yield
     finally:
@@ -131,6 +166,6 @@ def jit_parallel(function: Callable[P, R]) -> Callable[P, R]:
 
 
 def _compiled(function: Callable[P, R], options: dict[str, Any]) -> Callable[P, R]:
-    with _our_cache():
+    with _our_cache(Path(function.__code__.co_filename)):
         kernel: Callable[P, R] = numba.njit(**_OPTIONS, **options)(function)
     return kernel

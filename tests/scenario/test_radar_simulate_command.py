@@ -135,8 +135,10 @@ def test_seeds_and_input_that_does_not_fit(folder):
     (folder / "adsb.toml").write_text((folder / "ground.toml").read_text().split("[sensor]")[0])
     wrong = run("radar", "simulate", folder / "adsb.toml", "--out", folder / "x.npy")
     assert wrong.exit_code != 0 and "there is no radar" in str(wrong.output) + str(wrong.exception)
-    options = ["--radar", folder / "raw.toml", "--truth", folder / "board_truth.npz", "--out", folder / "x.npz"]
-    mixed = run("radar", "process", folder / "raw.npy", *options)
+    longer = run("radar", "simulate", folder / "ground.toml", "--out", folder / "d.npy", "--duration", "0.4s")
+    assert longer.exit_code == 0, longer.output
+    options = ["--radar", folder / "d.toml", "--truth", folder / "a_truth.npz", "--out", folder / "x.npz"]
+    mixed = run("radar", "process", folder / "d.npy", *options)
     assert mixed.exit_code != 0 and "not of the times" in str(mixed.output) + str(mixed.exception)
 
 

@@ -59,8 +59,12 @@ def test_edit_of_an_imported_kernel_is_seen_and_unchanged_sources_reuse_the_cach
     inner.write_text(INNER.format(factor=5.0))
     assert run(package, cache) == "10.0 0 1"
     assert run(package, cache) == "10.0 1 0"
-    # The old folder is still there, so going back costs nothing; numba wants the file's own time stamp as well.
-    assert len([f for f in cache.iterdir() if re.fullmatch(r"[0-9a-f]{16}", f.name)]) == 2
+    # A folder for each module and source: the old ones are still there, so going back costs nothing.
+    assert len([f for f in cache.iterdir() if re.fullmatch(r"[0-9a-f]{16}", f.name)]) == 4
+    inner.write_text(INNER.format(factor=2.0))
+    assert run(package, cache) == "4.0 1 0"
+    (package / "other_kernels.py").write_text(INNER.format(factor=3.0))
+    assert run(package, cache) == "4.0 1 0"
 
 
 def test_folders_that_nobody_used_for_long_are_removed(package: Path, tmp_path: Path) -> None:
@@ -71,7 +75,7 @@ def test_folders_that_nobody_used_for_long_are_removed(package: Path, tmp_path: 
     month_ago = time.time() - 31 * 86400
     for folder in (old, other):
         os.utime(folder, (month_ago, month_ago))
-    run(package, cache, "import mini._jit")
+    run(package, cache, "import mini.outer_kernels")
     assert not old.exists()
     assert young.exists()
     assert other.exists()
@@ -85,18 +89,32 @@ def test_unusable_cache_folder_falls_back_to_a_private_one(package: Path, tmp_pa
     temporary.mkdir()
     code = "from mini._jit import CACHE_DIRECTORY; print(CACHE_DIRECTORY)"
     expected = temporary / f"wideberth-{os.getuid()}"
-    assert Path(run(package, blocked, code, TMPDIR=str(temporary))).parent == expected
+    assert Path(run(package, blocked, code, TMPDIR=str(temporary))) == expected
     assert expected.stat().st_mode & 0o077 == 0
     expected.chmod(0o777)  # now others could have planted code in it
-    assert Path(run(package, blocked, code, TMPDIR=str(temporary))).parent != expected
+    assert Path(run(package, blocked, code, TMPDIR=str(temporary))) != expected
 
 
-def test_hash_follows_every_kernel_source_and_nothing_else(package: Path) -> None:
-    before = source_hash(package)
+def test_hash_follows_what_a_module_rests_on_and_nothing_else(package: Path) -> None:
+    def hash_now(name: str) -> str:
+        jit_module._read.cache_clear()
+        return source_hash(package / name, package)
+
+    (package / "deep_kernels.py").write_text("DEPTH = 1.0\n")
+    (package / "inner_kernels.py").write_text("from mini import (\n    deep_kernels,\n)\n" + INNER.format(factor=2.0))
+    outer, inner = hash_now("outer_kernels.py"), hash_now("inner_kernels.py")
+    assert outer != inner
     (package / "reader.py").write_text("x = 1\n")
-    assert source_hash(package) == before
-    (package / "inner_kernels.py").rename(package / "deeper_kernels.py")
-    assert source_hash(package) != before
+    (package / "other_kernels.py").write_text(INNER.format(factor=4.0))
+    assert (hash_now("outer_kernels.py"), hash_now("inner_kernels.py")) == (outer, inner)
+    (package / "outer_kernels.py").write_text(OUTER + "\n")
+    assert hash_now("outer_kernels.py") != outer
+    assert hash_now("inner_kernels.py") == inner
+    for name in ("deep_kernels.py", "_jit.py"):
+        outer, inner = hash_now("outer_kernels.py"), hash_now("inner_kernels.py")
+        (package / name).write_text((package / name).read_text() + "\nX = 2\n")
+        assert hash_now("outer_kernels.py") != outer
+        assert hash_now("inner_kernels.py") != inner
 
 
 def test_the_cache_setting_of_other_users_of_numba_is_left_alone(package: Path, tmp_path: Path) -> None:

@@ -8,13 +8,16 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.patches import Circle
 
+from wideberth import __version__
 from wideberth.evaluation.montecarlo.intervals import paired_ratio, wilson
 from wideberth.evaluation.report_style import LIMIT, OWNSHIP, RC, new_figure, png, traffic_colour
 
 CASES = {
     "gbr_1": "gbr_1, plots",
+    "gbr_1_fixed_wing": "gbr_1, plots, fixed wing",
     "gbr_1_samples": "gbr_1, samples",
     "gbr_2": "gbr_2, plots",
+    "gbr_2_fixed_wing": "gbr_2, plots, fixed wing",
     "gbr_2_samples": "gbr_2, samples",
     "straight": "random, straight",
     "maneuvering": "random, maneuvering",
@@ -23,13 +26,15 @@ _RADIUS, _HALF_HEIGHT = 153.0, 30.5
 Row = Mapping[str, Any]
 
 
-def markdown(cases: Mapping[str, Sequence[Row]], command: str) -> str:
+def markdown(cases: Mapping[str, Sequence[Row]], planned: Mapping[str, int], command: str) -> str:
     """Return the page.
 
     Parameters
     ----------
     cases : mapping of str to sequence of dict
         The rows of each case, as `ground_radar_runs.fly` makes them.
+    planned : mapping of str to int
+        How many rows of each case were asked for.
     command : str
         What made them.
     """
@@ -38,7 +43,11 @@ def markdown(cases: Mapping[str, Sequence[Row]], command: str) -> str:
         "# The ground radar system",
         "",
         f"`{command}`: an up-looking 4 x 4 radar, the tracker `wideberth`, collision detection along the path, A* and"
-        " the chain; a point mass flies. A violation is an intruder within 153 m and 30.5 m of height, on true states.",
+        " the chain; a point mass flies, or where the row says so the twelve states of a fixed wing (zagi, 11 to"
+        " 15 m/s). A violation is an intruder within 153 m and 30.5 m of height, on true states. The twins without"
+        " avoidance fly by the true states alone, without sensors.",
+        "",
+        f"Flown with wideberth {__version__}: {_extent(flown, planned)}.",
         "",
         "## Violations",
         "",
@@ -67,6 +76,16 @@ def markdown(cases: Mapping[str, Sequence[Row]], command: str) -> str:
         "",
     ]
     return "\n".join(lines)
+
+
+def _extent(flown: Mapping[str, Sequence[Row]], planned: Mapping[str, int]) -> str:
+    """Return which seeds were flown, in words."""
+    told = []
+    for case, rows in flown.items():
+        seeds = sorted({row["seed"] for row in rows})
+        short = "" if len(rows) == planned[case] else f" ({len(rows)} of {planned[case]} flights so far)"
+        told.append(f"{CASES[case]}: {len(seeds)} seeds, {seeds[0]} to {seeds[-1]}{short}")
+    return "; ".join(told)
 
 
 def _violations(case: str, rows: Sequence[Row]) -> str:

@@ -1,5 +1,8 @@
 """One flight of the ground radar system, and what is kept of it: violations and causes, tracks, paths, CPU time."""
 
+import functools
+import hashlib
+import json
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from experiments.escape_paths import way_out_exists
+from wideberth import __version__
 from wideberth.assembly import build_traffic
 from wideberth.config import ScenarioConfig, apply_override, build_scenario, read_toml
-from wideberth.run import run_scenario
+from wideberth.run import fly_unaware, run_scenario
 from wideberth.simulation.config import CylinderConfig
 from wideberth.types import AlertLevel, FloatArray, Snapshot, TrackStatus
 
@@ -23,7 +27,10 @@ LOST = 1.0
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """One flight: a case, the scenario with its overrides, the seed, whether it avoids, and whether a map is kept."""
+    """One flight: a case, the scenario with its overrides, the seed, whether it avoids, and whether a map is kept.
+
+    With `fixed_wing` twelve states fly in place of a point mass.
+    """
 
     case: str
     scenario: str
@@ -31,6 +38,7 @@ class Job:
     seed: int
     avoid: bool
     mapped: bool = False
+    fixed_wing: bool = False
 
     @property
     def key(self) -> str:
@@ -45,6 +53,9 @@ def scenario_of(job: Job) -> ScenarioConfig:
     for override in job.overrides:
         apply_override(tables, override)
     tables["seed"], tables["avoid"] = job.seed, job.avoid
+    if job.fixed_wing:
+        capture = tables["ownship"]["waypoint_capture_m"]
+        tables["ownship"] = {"kind": "fixed_wing", "aircraft": "zagi", "waypoint_capture_m": capture}
     return build_scenario(tables, source=str(path), folder=SCENARIOS)
 
 
@@ -117,8 +128,27 @@ class Watcher:
         return lambda later: self._traffic.truth(t + later).positions
 
 
+@functools.cache
+def _digest(scenario: str, overrides: tuple[str, ...], fixed_wing: bool) -> str:
+    resolved = scenario_of(Job("", scenario, overrides, 0, True, fixed_wing=fixed_wing)).resolved()
+    return hashlib.sha256(json.dumps([__version__, resolved], sort_keys=True, default=str).encode()).hexdigest()[:16]
+
+
+def digest_of(job: Job) -> str:
+    """Return what tells flights of the same version and scenario from others; seed and avoidance are no part of it."""
+    return _digest(job.scenario, job.overrides, job.fixed_wing)
+
+
 def fly(job: Job) -> dict[str, Any]:
     """Fly one job and return its row, JSON types only."""
+    row = {"key": job.key, "digest": digest_of(job), "case": job.case, "seed": job.seed, "avoid": job.avoid}
+    if job.avoid:
+        return row | _flight(job)
+    # Of the twin only the true states are compared: no sensor looks.
+    return row | {"violations": fly_unaware(scenario_of(job))["violation_count"], "causes": []}
+
+
+def _flight(job: Job) -> dict[str, Any]:
     scenario = scenario_of(job)
     watcher = Watcher(scenario)
     began = time.process_time()
@@ -126,10 +156,6 @@ def fly(job: Job) -> dict[str, Any]:
     taken = time.process_time() - began - watcher.taken
     cycles = 1e3 * np.array(watcher.cycles)
     row: dict[str, Any] = {
-        "key": job.key,
-        "case": job.case,
-        "seed": job.seed,
-        "avoid": job.avoid,
         "violations": summary["violation_count"],
         "intruders": len(watcher.truths[0]),
         "completed": summary["mission_completed"],
@@ -143,7 +169,7 @@ def fly(job: Job) -> dict[str, Any]:
         "real_time_factor": watcher.times[-1] / taken,
         "causes": [],
     }
-    if job.avoid and summary["violation_count"]:
+    if summary["violation_count"]:
         row["causes"] = _causes(scenario, watcher)
     if job.mapped:
         # One in ten steps is enough for a map.

@@ -15,6 +15,7 @@ T = TypeVar("T")
 
 ARRAY_CODE = 1
 PACKED_SYMMETRIC = 0x80
+_ELEMENT = np.dtype("<f8")
 
 ARRAY_TEXT = f"""Encoding: msgpack. A record is a map of its fields' names. Units: SI, radians, local NED.
 An array is an extension of type {ARRAY_CODE}: one byte with the number of dimensions (plus {PACKED_SYMMETRIC} where the
@@ -29,16 +30,20 @@ def _upper(n: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]
     return rows, columns, rows * n + columns
 
 
+@functools.lru_cache(maxsize=1024)
+def _head(shape: tuple[int, ...], packed: int) -> bytes:
+    return bytes([len(shape) | packed]) + struct.pack(f"<{len(shape)}I", *shape)
+
+
 def _pack_array(array: NDArray[Any]) -> bytes:
-    a = np.ascontiguousarray(array, "<f8").reshape(array.shape)
+    a = array if array.dtype == _ELEMENT else array.astype(_ELEMENT)
     shape: tuple[int, ...] = a.shape
-    head = struct.pack(f"<{a.ndim}I", *shape)
     data = a.tobytes()
-    if a.ndim >= 2 and shape[-1] == shape[-2] > 1 and data == a.swapaxes(-1, -2).tobytes():
+    if len(shape) >= 2 and shape[-1] == shape[-2] > 1 and data == a.swapaxes(-1, -2).tobytes():
         # Equal as bits: NaN and the sign of zero count.
         upper = a.reshape(*shape[:-2], shape[-1] ** 2).take(_upper(shape[-1])[2], axis=-1)
-        return bytes([a.ndim | PACKED_SYMMETRIC]) + head + upper.tobytes()
-    return bytes([a.ndim]) + head + data
+        return _head(shape, PACKED_SYMMETRIC) + upper.tobytes()
+    return _head(shape, 0) + data
 
 
 def _unpack_array(data: bytes | memoryview) -> FloatArray:

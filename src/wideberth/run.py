@@ -1,8 +1,9 @@
 """One run of a scenario: the loop, the recording, the scores and the report."""
 
+import dataclasses
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,9 @@ from wideberth.simulation.world import SimWorld
 from wideberth.types import FloatArray, Mission, Snapshot
 
 OVERTIME = 600.0  # s that a mission may take beyond twice its planned duration
+
+UNJUDGED = ("alerts", "maneuvers", "least_bad_maneuvers", "reversals", "worst_alert", "unknown_alert_steps", "steps")
+"""Scores of what the pipeline did, which nobody knows where only true states are flown."""
 
 Progress = Callable[[float, float, Snapshot], None]
 
@@ -72,7 +76,7 @@ def run_scenario(
     frame = scenario.frame()
     mission = scenario.mission.mission(frame)
     planned = planned_duration(mission)
-    longest = scenario.duration_s or 2.0 * planned + OVERTIME
+    longest = _longest(scenario, mission)
     traffic = build_traffic(scenario, mission, frame, longest, loaded)
     clock: Clock = SimClock(mission.t_start)
     if traffic.source is not None and traffic.source.live:
@@ -88,7 +92,7 @@ def run_scenario(
     try:
         if out is None:
             _loop(scenario, world, pipeline, traffic, clock, mission, metrics, None, progress, planned, longest)
-            return _summary(scenario, metrics, mission, world, traffic, pipeline)
+            return _summary(scenario, metrics, mission, world, traffic, pipeline.counters)
         try:
             out.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -96,7 +100,7 @@ def run_scenario(
         path = out / "recording.mcap"
         with Recorder(path, scenario.resolved(), mission=mission, frame=frame) as recorder:
             _loop(scenario, world, pipeline, traffic, clock, mission, metrics, recorder, progress, planned, longest)
-            summary = _summary(scenario, metrics, mission, world, traffic, pipeline)
+            summary = _summary(scenario, metrics, mission, world, traffic, pipeline.counters)
             recorder.write_summary(summary)
     finally:
         if traffic.source is not None:
@@ -111,6 +115,56 @@ def run_scenario(
 
         write_report(out, read_recording(path), summary, title=scenario.name)
     return summary
+
+
+def fly_unaware(scenario: ScenarioConfig) -> dict[str, Any]:
+    """Fly a scenario without avoidance, and judge only the true states: no sensor looks, and nothing is tracked.
+
+    Guidance flies by true states, so separations, losses and path are those of `run_scenario` to the last bit.
+
+    Parameters
+    ----------
+    scenario : ScenarioConfig
+        With a mission, without avoidance, and with traffic whose true states are known.
+
+    Returns
+    -------
+    dict
+        The summary, None for `UNJUDGED`.
+
+    Raises
+    ------
+    InputError
+        If the scenario is not such a one, or its traffic cannot be used.
+    """
+    if scenario.mission is None:
+        raise InputError("mission: missing; give one in the scenario")
+    if scenario.avoid:
+        raise InputError("avoid: only a flight without avoidance can do without sensors; set avoid = false")
+    frame = scenario.frame()
+    mission = scenario.mission.mission(frame)
+    longest = _longest(scenario, mission)
+    traffic = build_traffic(scenario, mission, frame, longest)
+    try:
+        if not traffic.known:
+            raise InputError("traffic: live, its true states are not known; fly it with wideberth run")
+        metrics = RunMetrics.of(scenario.evaluation)
+        world = build_world(scenario, mission, dataclasses.replace(traffic, sensors=()), metrics.update)
+        step = 0
+        while not world.done and world.time - mission.t_start < longest:
+            step += 1
+            world.sense(mission.t_start + step * scenario.step_s)
+        summary = _summary(scenario, metrics, mission, world, traffic, {})
+    finally:
+        if traffic.source is not None:
+            traffic.source.close()
+    intruders = [{**row, "alerts": None} for row in summary["per_intruder"]]
+    return summary | dict.fromkeys(UNJUDGED) | {"per_intruder": intruders}
+
+
+def _longest(scenario: ScenarioConfig, mission: Mission) -> float:
+    """Return how long a run may take, s."""
+    return scenario.duration_s or 2.0 * planned_duration(mission) + OVERTIME
 
 
 def _loop(
@@ -151,9 +205,9 @@ def _summary(
     mission: Mission,
     world: SimWorld,
     traffic: Traffic,
-    pipeline: Pipeline,
+    tracker: Mapping[str, int],
 ) -> dict[str, Any]:
-    extra: dict[str, Any] = {"scenario": scenario.name, "avoidance": scenario.avoid, "tracker": pipeline.counters}
+    extra: dict[str, Any] = {"scenario": scenario.name, "avoidance": scenario.avoid, "tracker": tracker}
     notes = []
     if traffic.source is not None:
         extra["traffic"] = traffic.source.name

@@ -55,7 +55,7 @@ class Ownship:
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity"):
-            if not np.all(np.isfinite(getattr(self, name))):
+            if not np.isfinite(getattr(self, name)).all():
                 raise ValueError(f"ownship {name} is not finite: {getattr(self, name)}")
 
 

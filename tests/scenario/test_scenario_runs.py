@@ -14,7 +14,7 @@ from wideberth.errors import InputError
 from wideberth.evaluation.scenario_runs.study import ROWS, Study, fly, is_scenario, run_study
 from wideberth.evaluation.scenario_runs.summary import summarise
 from wideberth.evaluation.scenario_runs.variation import draw, drawn_tables
-from wideberth.run import run_scenario
+from wideberth.run import UNJUDGED, fly_unaware, run_scenario
 from wideberth.simulation.config import VariationConfig
 
 SCENARIO = Path("scenarios/adsb_crossing.toml")
@@ -105,6 +105,26 @@ def made_row(run, violated_without, violated_with):
         "without": {**one, "violation_count": violated_without},
         "with": {**one, "violation_count": violated_with},
     }
+
+
+@pytest.mark.parametrize("name", ["adsb_crossing", "gbr_random", "onboard_radars"])
+def test_a_twin_without_sensors_flies_and_is_judged_alike(name):
+    path = SCENARIO.with_stem(name)
+    scenario = build_scenario({**read_toml(path), "duration_s": 20.0, "avoid": False}, folder=path.parent)
+    aware, unaware = run_scenario(scenario, None), fly_unaware(scenario)
+    assert unaware["steps"] is unaware["alerts"] is None
+    of_the_pipeline = {*UNJUDGED, "step_time_ms", "sensors", "rejections", "tracker", "per_intruder"}
+    for key in aware.keys() - of_the_pipeline:
+        assert aware[key] == unaware[key], key
+    for one, other in zip(aware["per_intruder"], unaware["per_intruder"], strict=True):
+        assert {**one, "alerts": None, "callsign": None} == other
+
+
+def test_only_a_flight_without_avoidance_needs_no_sensors():
+    with pytest.raises(InputError, match="set avoid = false"):
+        fly_unaware(build_scenario(tables()))
+    with pytest.raises(InputError, match="mission: missing"):
+        fly_unaware(build_scenario({**{k: v for k, v in tables().items() if k != "mission"}, "avoid": False}))
 
 
 def test_events_are_counted_by_run_with_intervals():

@@ -163,3 +163,15 @@ def test_path_probability_of_certain_states_is_the_flag() -> None:
         path_conflict_probability(**standing)
     with pytest.raises(ValueError, match=r"covariance must have shape \(6, 6\)"):
         path_conflict_probability(**{**standing, "covariance": np.eye(3)})
+
+
+def test_certain_stays_need_no_integral() -> None:
+    # Just beyond where the whole of it is certain along the motion the integral still says the same.
+    for mean_u, sign in ((-150.0, 1.0), (120.0, -1.0)):
+        integrated, certain = (
+            kernels.stadium_probability(20.0, mean_u, 4.0, 16.0, 0.0, 100.0, 80.0, 80.0),
+            kernels.stadium_probability(20.0, mean_u + sign * 40.0, 4.0, 16.0, 0.0, 100.0, 80.0, 80.0),
+        )
+        assert integrated <= certain == pytest.approx(1.0, abs=1e-12)
+    assert kernels.stadium_probability(20.0, 215.0, 4.0, 16.0, 0.0, 100.0, 80.0, 80.0) == 0.0
+    assert 0.0 < kernels.stadium_probability(20.0, 205.0, 4.0, 16.0, 0.0, 100.0, 80.0, 80.0) < 1e-8

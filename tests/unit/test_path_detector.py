@@ -125,3 +125,20 @@ def test_flags_by_segment() -> None:
 def test_config_is_checked() -> None:
     with pytest.raises(ValidationError, match="warning_time_s <="):
         PathCylinderConfig(warning_time_s=50.0)
+
+
+def test_several_tracks_are_judged_like_each_alone() -> None:
+    tracks = [
+        track([600.0, 40.0, -200.0], [0.0, 0.0, 0.0]),
+        replace(track([100.0, 0.0, -200.0], [0.0, 0.0, 0.0]), is_ownship=True),
+        replace(track([960.0, -30.0, -190.0], [-15.0, 0.0, 0.0]), t=-4.0),
+        replace(track([600.0, 0.0, -200.0], [0.0, 0.0, 0.0]), covariance=np.full((9, 9), math.nan)),
+        track([600.0, 1300.0, -200.0], [0.0, -5.0, 0.0]),
+    ]
+    for motion in ("constant_velocity", "turning"):
+        detector = PathCylinderDetector(PathCylinderConfig(motion=motion))
+        together = detector.assess(0.0, OWN, tracks, MISSION)
+        alone = [detector.assess(0.0, OWN, [one], MISSION)[0] for one in tracks]
+        assert [repr(threat) for threat in together] == [repr(threat) for threat in alone]
+        flags = detector.conflicts(0.0, OWN, tracks, MISSION)
+        assert [repr(one) for one in flags] == [repr(detector.conflicts(0.0, OWN, [one], MISSION)[0]) for one in tracks]

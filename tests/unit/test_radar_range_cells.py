@@ -5,6 +5,8 @@ import itertools
 import numpy as np
 import pytest
 
+from tests.naive import radar_range_cells as naive
+from wideberth.sensors.radar import range_cells_kernels as kernels
 from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.link_budget import noise_power, snr_db
 from wideberth.sensors.radar.processing.averaging import detection_power
@@ -122,3 +124,26 @@ def test_a_coherent_average_follows_a_target_too() -> None:
         powers, _ = frame_powers(config, image)
         peaks.append(detection_power(config, image, powers, np.ones(4, np.bool_)).power[at - 3 : at + 4].max())
     assert peaks[0] > 3.0 * peaks[1]
+
+
+@pytest.mark.parametrize("hann", [False, True])
+@pytest.mark.parametrize("coherent", [False, True])
+def test_spread_is_that_of_every_sweep_and_bin(hann: bool, coherent: bool) -> None:
+    rng = np.random.default_rng(4)
+    at, rate = rng.uniform(-0.5, 0.5, 50), rng.uniform(-60.0, 60.0, 50)
+    # In the middle of bins, and a hair beside it.
+    at[:4], rate[:4] = (0.0, 0.0, 1e-9, 1.5e-16), (0.0, 25.0, 0.0, 25.0)
+    times = np.linspace(-0.04, 0.04, 16)
+    power = np.empty((50, 13))
+    kernels.spread_power(at, rate, times, hann, coherent, 1.5, power)
+    expected = naive.spread_power(at, rate, times, hann, coherent, 6) / 1.5
+    assert power == pytest.approx(expected, rel=1e-9, abs=1e-14)
+
+
+@pytest.mark.parametrize("group", [1, 2, 3])
+def test_groups_are_those_of_all_outcomes(group: int) -> None:
+    p = np.random.default_rng(group).random((6, 7))
+    p[0] = (0.0, 1.0, 1.0, 1.0, 0.0, 1.0, 1.0)
+    found = np.empty(6)
+    kernels.group_probabilities(p, group, found)
+    assert found == pytest.approx([naive.group_probability(row, group) for row in p], abs=1e-12)

@@ -1,6 +1,7 @@
 """A radar among simulated aircraft: when it looks, from where, what it says of itself, and its faults."""
 
 import math
+import zlib
 
 import numpy as np
 import pytest
@@ -30,6 +31,19 @@ def own(t=0.0, position=(0.0, 0.0, -100.0), velocity=(15.0, 0.0, 0.0), attitude=
 
 def standing(positions=NORTH):
     return lambda t: (positions, np.zeros_like(positions))
+
+
+def test_each_look_has_its_own_stream():
+    one = radar(seed=7, name="a", update_interval_s=0.5)
+    for look in range(4):
+        drawn = one._random(0)
+        key = [7, zlib.crc32(b"a")]
+        fresh = np.random.Generator(np.random.Philox(key=key, counter=[0, 0, look, 0]))
+        # Halves of words and rejected tries leave something behind, which the next look must not find.
+        assert drawn.random(3, dtype=np.float32).tolist() == fresh.random(3, dtype=np.float32).tolist()
+        assert drawn.standard_normal(5 + look).tolist() == fresh.standard_normal(5 + look).tolist()
+        assert drawn.permutation(7).tolist() == fresh.permutation(7).tolist()
+        one.sense(0.5 * look, standing(), own(0.5 * look))
 
 
 def places(scan):

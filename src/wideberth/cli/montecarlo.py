@@ -207,14 +207,14 @@ def _scenario_table(name: str, summary: dict[str, Any]) -> Any:
             cells.append(f"{entry['runs']} ({100 * low:.1f} to {100 * high:.1f} %)")
         table.add_row(words, *cells)
     ratio = [summary[way]["path_ratio"] for way in ways]
-    cycle = [summary[way]["step_time_ms"] for way in ways]
+    cycle = [summary[way].get("step_time_ms") for way in ways]
     table.add_section()
     table.add_row("missions completed", *(str(summary[way]["missions_completed"]) for way in ways))
-    table.add_row("reversals, all runs", *(str(summary[way]["reversals"]) for way in ways))
+    table.add_row("reversals, all runs", *(str(summary[way].get("reversals", "-")) for way in ways))
     table.add_row(
         "path flown / mission, mean and max", *("-" if r is None else f"{r['mean']:.3f}, {r['max']:.3f}" for r in ratio)
     )
-    table.add_row("step, mean and max, ms", *(f"{c['mean']:.2f}, {c['max']:.1f}" for c in cycle))
+    table.add_row("step, mean and max, ms", *("-" if c is None else f"{c['mean']:.2f}, {c['max']:.1f}" for c in cycle))
     return table
 
 

@@ -253,6 +253,21 @@ def path_closest(
     return t_nearest, d_nearest, h_nearest
 
 
+@jit_uncounted
+def path_closest_all(
+    own: FloatArray,
+    speeds: FloatArray,
+    waypoints: FloatArray,
+    positions: FloatArray,
+    velocities: FloatArray,
+    lookahead: float,
+    out: FloatArray,
+) -> None:
+    """Fill `out` (k, 3) with `path_closest` of k intruders; `positions` and `velocities` are (k, 3)."""
+    for i in range(out.shape[0]):
+        out[i, 0], out[i, 1], out[i, 2] = path_closest(own, speeds, waypoints, positions[i], velocities[i], lookahead)
+
+
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     own, speeds, waypoints, states = np.zeros(3), np.ones(2), np.ones((2, 3)), np.ones((1, 3))
@@ -263,5 +278,5 @@ def warmup() -> None:
     )
     horizontal_stay(1.0, 1.0, 1.0, 1.0, 1.0)
     vertical_stay(1.0, 1.0, 1.0)
-    path_closest(own, speeds, waypoints, states[0], states[0], 1.0)
+    path_closest_all(own, speeds, waypoints, states, states, 1.0, np.empty((1, 3)))
     near_now(own, own, 1.0, 1.0)

@@ -64,16 +64,19 @@ class PathCylinderDetector:
             and probability are those of straight flight of the intruder, also where `motion` says otherwise.
         """
         flown = self._path(t, ownship, path)
-        threats = []
+        threats: list[Threat | None] = []
+        judged: list[tuple[Track, FloatArray]] = []
         for track in tracks:
-            state = np.concatenate([track.position, track.velocity, track.acceleration]).astype(float)
+            state = np.concatenate((track.position, track.velocity, track.acceleration), dtype=np.float64)
             if track.is_ownship:
                 threats.append(_without_state(track, 0.0, AlertLevel.CLEAR))
             elif not (np.isfinite(state).all() and np.isfinite(track.covariance).all()):
                 threats.append(_without_state(track, math.nan, AlertLevel.UNKNOWN))
             else:
-                threats.append(self._threat(flown, ownship, track, state, t - track.t))
-        return tuple(threats)
+                threats.append(None)
+                judged.append((track, state))
+        found = iter(self._threats(t, flown, ownship, judged) if judged else ())
+        return tuple(next(found) if threat is None else threat for threat in threats)
 
     def conflicts(
         self, t: float, ownship: Ownship, tracks: Sequence[Track], path: Mission | Maneuver | None = None
@@ -83,7 +86,7 @@ class PathCylinderDetector:
         states = (
             np.concatenate([track.position, track.velocity, track.acceleration]).astype(float) for track in tracks
         )
-        return tuple(self._conflict(flown, state, t - track.t) for track, state in zip(tracks, states, strict=True))
+        return tuple(self._conflicts(t, flown, list(zip(tracks, states, strict=True))))
 
     def _path(self, t: float, ownship: Ownship, path: Mission | Maneuver | None) -> CheckedPath:
         config = self._config
@@ -110,40 +113,56 @@ class PathCylinderDetector:
             config.beyond == "hover",
         )
 
-    def _conflict(self, path: CheckedPath, state: FloatArray, age: float) -> PathConflict:
+    def _conflicts(self, t: float, path: CheckedPath, judged: Sequence[tuple[Track, FloatArray]]) -> list[PathConflict]:
+        """Return flags and times of tracks with their states (9,)."""
         config = self._config
         if config.motion == "constant_velocity":
-            (conflict,) = path_conflicts(path, (state[:3] + state[3:6] * age)[None], state[None, 3:6].copy())
-            return conflict
-        if config.motion == "turning":
-            state = turning_state(state[:3], state[3:6], state[6:])
-        now = np.empty(9)
-        motion_kernels.propagate(self._model, age, state, now)
-        return maneuver_conflict(path, self._model, now, config.maneuver_time_s, config.lookahead_s, config.tolerance_s)
+            return path_conflicts(path, *_straight_on(t, judged)) if judged else []
+        found = []
+        for track, state in judged:
+            begin = turning_state(state[:3], state[3:6], state[6:]) if config.motion == "turning" else state
+            now = np.empty(9)
+            motion_kernels.propagate(self._model, t - track.t, begin, now)
+            found.append(
+                maneuver_conflict(
+                    path, self._model, now, config.maneuver_time_s, config.lookahead_s, config.tolerance_s
+                )
+            )
+        return found
 
-    def _threat(self, path: CheckedPath, ownship: Ownship, track: Track, state: FloatArray, age: float) -> Threat:
+    def _threats(
+        self, t: float, path: CheckedPath, ownship: Ownship, judged: Sequence[tuple[Track, FloatArray]]
+    ) -> list[Threat]:
         config = self._config
-        conflict = self._conflict(path, state, age)
-        p, v = state[:3] + state[3:6] * age, state[3:6].copy()
-        t_cpa, d_cpa, h_cpa = cylinder_kernels.path_closest(
-            path.own_position, path.speeds, path.waypoints, p, v, config.lookahead_s
+        conflicts = self._conflicts(t, path, judged)
+        positions, velocities = _straight_on(t, judged)
+        closest, chances = np.empty((len(judged), 3)), np.empty(len(judged))
+        cylinder_kernels.path_closest_all(
+            path.own_position, path.speeds, path.waypoints, positions, velocities, config.lookahead_s, closest
         )
-        covariance = np.array(track.covariance[:6, :6], float)
-        straight = np.eye(6)
-        straight[:3, 3:] = age * np.eye(3)
-        chance = np.empty(len(path.waypoints))
-        probability_kernels.path_probabilities(
+        probability_kernels.largest_path_probabilities(
             path.own_position,
             path.speeds,
             path.waypoints,
-            p,
-            v,
-            straight @ covariance @ straight.T + ownship.covariance,
+            positions,
+            velocities,
+            np.array([_covariance_at(t, track) for track, _ in judged]) + ownship.covariance,
             config.lookahead_s,
             path.radius,
             path.half_height,
-            chance,
+            chances,
         )
+        return [
+            self._threat(track, conflict, t_cpa, d_cpa, h_cpa, chance)
+            for (track, _), conflict, (t_cpa, d_cpa, h_cpa), chance in zip(
+                judged, conflicts, closest.tolist(), chances.tolist(), strict=True
+            )
+        ]
+
+    def _threat(
+        self, track: Track, conflict: PathConflict, t_cpa: float, d_cpa: float, h_cpa: float, chance: float
+    ) -> Threat:
+        config = self._config
         entry = conflict.first_entry_time
         leaves = _leaves(conflict)
         level = AlertLevel.CLEAR
@@ -155,9 +174,24 @@ class PathCylinderDetector:
             level = AlertLevel.WARNING
         if not entry <= config.lookahead_s:
             entry = leaves = math.nan
-        return Threat(
-            track.id, t_cpa, d_cpa, h_cpa, entry, (entry, min(leaves, config.lookahead_s)), float(chance.max()), level
-        )
+        return Threat(track.id, t_cpa, d_cpa, h_cpa, entry, (entry, min(leaves, config.lookahead_s)), chance, level)
+
+
+def _straight_on(t: float, judged: Sequence[tuple[Track, FloatArray]]) -> tuple[FloatArray, FloatArray]:
+    """Return positions and velocities (k, 3) at `t` of tracks with their states."""
+    states = np.array([state for _, state in judged])
+    ages = np.array([t - track.t for track, _ in judged])
+    return states[:, :3] + states[:, 3:6] * ages[:, None], states[:, 3:6].copy()
+
+
+def _covariance_at(t: float, track: Track) -> FloatArray:
+    """Return the covariance (6, 6) of position and velocity at `t`."""
+    covariance = np.array(track.covariance[:6, :6], float)
+    if track.t == t:
+        return covariance
+    straight = np.eye(6)
+    straight[:3, 3:] = (t - track.t) * np.eye(3)
+    return np.asarray(straight @ covariance @ straight.T)
 
 
 def _leaves(conflict: PathConflict) -> float:

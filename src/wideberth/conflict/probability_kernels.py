@@ -59,6 +59,14 @@ def stadium_probability(
     low, high = max(-radius, mean_w - _FAR * sigma_w), min(radius, mean_w + _FAR * sigma_w)
     if low >= high:
         return 0.0
+    # Along u all or none of it may be certain, at every w: then there is nothing to integrate.
+    a, b = mean_u + slope * (low - mean_w), mean_u + slope * (high - mean_w)
+    first, last = min(a, b), max(a, b)
+    if first > radius + back + _FAR * sigma_u or last < -radius - ahead - _FAR * sigma_u:
+        return 0.0
+    chord = math.sqrt(max(radius * radius - max(low * low, high * high), 0.0))
+    if last < chord + back - _FAR * sigma_u and first > -chord - ahead + _FAR * sigma_u:
+        return interval_probability(low, high, mean_w, sigma_w)
     # By the angle, as the chord has an upright tangent at the ends.
     begin, end = math.asin(low / radius), math.asin(high / radius)
     half = 0.5 * (end - begin) / _PANELS
@@ -208,10 +216,43 @@ def path_probabilities(
         start += duration
 
 
+@jit
+def largest_path_probabilities(
+    own: FloatArray,
+    speeds: FloatArray,
+    waypoints: FloatArray,
+    positions: FloatArray,
+    velocities: FloatArray,
+    covariances: FloatArray,
+    lookahead: float,
+    radius: float,
+    half_height: float,
+    out: FloatArray,
+) -> None:
+    """Fill `out` (k) with the largest of `path_probabilities` of k intruders; `covariances` are (k, 6, 6)."""
+    chance = np.empty(waypoints.shape[0])
+    for i in range(out.shape[0]):
+        path_probabilities(
+            own,
+            speeds,
+            waypoints,
+            positions[i],
+            velocities[i],
+            covariances[i],
+            lookahead,
+            radius,
+            half_height,
+            chance,
+        )
+        out[i] = np.max(chance)
+
+
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     one, zero = np.ones((1, 3)), np.zeros((1, 3))
     stadium_probability(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0)
     disc_probability(0.0, 0.0, 1.0, 1.0, 0.0, 1.0)
     passing_probabilities(one, zero, np.eye(3)[None].copy(), 1.0, 1.0, np.zeros(1))
-    path_probabilities(zero[0], np.ones(1), one, one[0], one[0], np.eye(6), 1.0, 1.0, 1.0, np.zeros(1))
+    covariances = np.eye(6)[None].copy()
+    path_probabilities(zero[0], np.ones(1), one, one[0], one[0], covariances[0], 1.0, 1.0, 1.0, np.zeros(1))
+    largest_path_probabilities(zero[0], np.ones(1), one, one, one, covariances, 1.0, 1.0, 1.0, np.zeros(1))

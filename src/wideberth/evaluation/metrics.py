@@ -8,7 +8,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth.conflict.well_clear import PRESETS, WellClearVolume, violation
+from wideberth.conflict.well_clear import PRESETS, WellClearVolume
+from wideberth.evaluation import score_kernels
 from wideberth.evaluation.reversals import ReversalCounter
 from wideberth.simulation.config import EvaluationConfig
 from wideberth.simulation.truth import Truth
@@ -19,8 +20,6 @@ FloatArray = NDArray[np.float64]
 
 NMAC_HORIZONTAL = 500 * FOOT
 NMAC_VERTICAL = 100 * FOOT
-# Wider than rounding, so that the bounds on what can be inside never cut off a touch, m.
-_SLACK = 1e-3
 # Names of the two volumes that a scenario chooses itself, in the table of each intruder.
 COLLISION = "collision_volume"
 WELL_CLEAR = "well_clear_volume"
@@ -67,6 +66,7 @@ class RunMetrics:
         self.horizontal_miss_filter = horizontal_miss_filter
         self._presets = tuple(presets)
         self._volumes = {**presets, COLLISION: collision_volume, WELL_CLEAR: own}
+        self._volume_rows = np.array([(v.dthr, v.zthr, v.tthr, v.tcoa) for v in self._volumes.values()])
         self._losses: dict[str, dict[str, float]] = {name: {} for name in self._volumes}
         self._nmacs: dict[str, float] = {}
         self._closest: dict[str, _Closest] = {}
@@ -121,44 +121,36 @@ class RunMetrics:
             self._score(t, own_position, own_velocity, truth)
 
     def _score(self, t: float, own_position: FloatArray, own_velocity: FloatArray, truth: Truth) -> None:
-        relative = truth.positions - own_position
-        horizontal = np.hypot(relative[:, 0], relative[:, 1])
-        vertical = np.abs(relative[:, 2])
-        ratio = np.maximum(horizontal / NMAC_HORIZONTAL, vertical / NMAC_VERTICAL)
-        # Of equally close instants (level flight past each other) the one where the smaller ratio is least.
-        second = np.minimum(horizontal / NMAC_HORIZONTAL, vertical / NMAC_VERTICAL)
-        speed = np.hypot(truth.velocities[:, 0] - own_velocity[0], truth.velocities[:, 1] - own_velocity[1])
-        climb = np.abs(truth.velocities[:, 2] - own_velocity[2])
-        valid = np.isfinite(ratio) & np.isfinite(speed) & np.isfinite(climb)
-        self._invalid_truths += int(len(valid) - np.count_nonzero(valid))
-        for i in np.flatnonzero(valid):
-            name = truth.ids[i]
-            closest = self._closest.get(name)
-            key = (round(float(ratio[i]), 6), float(second[i]))
-            if closest is None or key < closest.key:
-                self._closest[name] = _Closest(key, t, float(horizontal[i]), float(vertical[i]))
-            if ratio[i] <= 1.0:
-                self._nmacs.setdefault(name, t)
-        for volume_name, volume in self._volumes.items():
-            # No pair beyond these bounds can be inside: modified tau <= TTHR needs r <= DTHR + TTHR |v|.
-            near = (
-                valid
-                & (horizontal <= volume.dthr + volume.tthr * speed + _SLACK)
-                & (vertical <= volume.zthr + volume.tcoa * climb + _SLACK)
-            )
-            rows = np.flatnonzero(near)
-            if not rows.size:
+        count = len(truth.ids)
+        measures = np.empty((count, score_kernels.N_MEASURES))
+        inside = np.empty((count, len(self._volume_rows)), np.bool_)
+        losses = score_kernels.score_states(
+            np.asarray(own_position, float),
+            np.asarray(own_velocity, float),
+            np.ascontiguousarray(truth.positions, float),
+            np.ascontiguousarray(truth.velocities, float),
+            NMAC_HORIZONTAL,
+            NMAC_VERTICAL,
+            self._volume_rows,
+            self.horizontal_miss_filter,
+            measures,
+            inside,
+        )
+        for name, (larger, smaller, horizontal, vertical) in zip(truth.ids, measures.tolist(), strict=True):
+            if math.isnan(larger):
+                self._invalid_truths += 1
                 continue
-            inside = violation(
-                volume,
-                own_position,
-                own_velocity,
-                truth.positions[rows],
-                truth.velocities[rows],
-                miss_filter=self.horizontal_miss_filter,
-            )
-            for i in rows[inside]:
-                self._losses[volume_name].setdefault(truth.ids[i], t)
+            closest = self._closest.get(name)
+            # Of equally close instants (level flight past each other) the one where the smaller ratio is least.
+            key = (round(larger, 6), smaller)
+            if closest is None or key < closest.key:
+                self._closest[name] = _Closest(key, t, horizontal, vertical)
+            if larger <= 1.0:
+                self._nmacs.setdefault(name, t)
+        if losses:
+            volumes = list(self._volumes)
+            for i, j in np.argwhere(inside).tolist():
+                self._losses[volumes[j]].setdefault(truth.ids[i], t)
 
     def observe(self, snapshot: Snapshot, step_time: float | None = None) -> None:
         """Score what the pipeline did in one step.

@@ -62,13 +62,17 @@ class SimulatedTraffic:
         self._t_start = t_start
         air = np.zeros(3) if wind is None else np.asarray(wind, float)
         self._flights = [_flight(i, frame, air) for i in config.intruders]
+        self._last = Truth.empty(math.nan)
 
     def truth(self, t: float) -> Truth:
         """Return the states of all intruders at time `t`, s (before the start: where they would have come from)."""
         if not self.ids:
             return Truth.empty(t)
-        states = np.stack([flight.state(t - self._t_start) for flight in self._flights])
-        return Truth(t, self.ids, states[:, :3], states[:, 3:])
+        # Sensors, scores and recording ask for the same instant.
+        if self._last.t != t:
+            states = np.stack([flight.state(t - self._t_start) for flight in self._flights])
+            self._last = Truth(t, self.ids, states[:, :3], states[:, 3:])
+        return self._last
 
 
 class _StraightFlight:

@@ -4,8 +4,6 @@ import dataclasses
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from wideberth.types import FloatArray, Track
 
 NEWBORN = 4.0
@@ -55,7 +53,7 @@ class OwnTracks:
             Where the radars of the step's scans stood, NED, m.
         """
         found = any(track.is_ownship for track in tracks)
-        distances = [float(np.linalg.norm(track.position - own_position)) for track in tracks]
+        distances = [math.dist(track.position, own_position) for track in tracks]
         newborn = self._newborn(tracks, distances, own_position, sure, radars)
         before, self._updated = self._updated, {}
         marked = []
@@ -85,7 +83,7 @@ class OwnTracks:
     ) -> set[str]:
         """Return the tracks that have just begun at the ownship, with later news than those that are the ownship's."""
         # A radar on board never sees the ownship: what begins near it there is somebody else.
-        if sure and any(np.linalg.norm(radar - own_position) > HOLD_RADIUS for radar in radars):
+        if sure and any(math.dist(radar, own_position) > HOLD_RADIUS for radar in radars):
             self._seen_from_elsewhere = True
         self._began = {
             track.id: self._began.get(track.id, (track.t, distance <= HOLD_RADIUS))

@@ -68,9 +68,10 @@ def telemetry_covariance(config: OwnshipConfig, reported: FloatArray | None = No
     """
     h, v = config.position_sigma_m, config.altitude_sigma_m
     sh, sv = config.velocity_sigma_mps, config.vertical_velocity_sigma_mps
-    covariance = np.diag(np.array([h, h, v, sh, sh, sv]) ** 2)
-    if reported is not None and np.isfinite(reported).all() and (np.diag(reported) >= 0.0).all():
-        unsaid = np.diag(reported) == 0.0
+    covariance = np.zeros((6, 6))
+    covariance.reshape(36)[::7] = h * h, h * h, v * v, sh * sh, sh * sh, sv * sv
+    if reported is not None and np.isfinite(reported).all() and (reported.diagonal() >= 0.0).all():
+        unsaid = reported.diagonal() == 0.0
         covariance = np.where(unsaid[:, None] | unsaid, covariance, reported)
     if age_s:
         f = np.eye(6)

@@ -38,7 +38,8 @@ class Study:
     seed : int
     runs : int
     both : bool
-        Whether each run is flown with and without avoidance (the same draw and noise), or only without.
+        Whether each run is flown with and without avoidance (the same draw and noise; the latter without sensors, as
+        only true states are compared), or only without.
     """
 
     tables: Mapping[str, Any]
@@ -88,7 +89,7 @@ def fly(study: Study, run: int) -> Row:
     InputError
         If what was drawn makes no scenario.
     """
-    from wideberth.run import run_scenario
+    from wideberth.run import fly_unaware, run_scenario
 
     vary = study.scenario().montecarlo.vary
     drawn = draw(study.tables, vary, study.seed, run)
@@ -96,7 +97,9 @@ def fly(study: Study, run: int) -> Row:
     for avoid in (False, True) if study.both else (False,):
         tables = drawn_tables(study.tables, drawn, avoid=avoid)
         scenario = build_scenario(tables, source=f"{study.source}, run {run}", folder=Path(study.folder))
-        row["with" if avoid else "without"] = _kept(run_scenario(scenario, None))
+        # Of the twin only true states are compared: it needs neither sensors nor tracker.
+        summary = run_scenario(scenario, None) if avoid or not study.both else fly_unaware(scenario)
+        row["with" if avoid else "without"] = _kept(summary)
     return row
 
 

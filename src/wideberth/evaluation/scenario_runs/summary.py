@@ -45,14 +45,19 @@ def summarise(study: Study, rows: Sequence[Row]) -> dict[str, Any]:
     for way in ways:
         flown = [row[way] for row in rows]
         paths = [one["path_length_m"] / one["mission_path_length_m"] for one in flown if one["mission_path_length_m"]]
-        cycles = [one["step_time_ms"] for one in flown]
         found[way] = {
             "missions_completed": sum(one["mission_completed"] for one in flown),
+            "path_ratio": {"mean": float(np.mean(paths)), "max": float(np.max(paths))} if paths else None,
+        }
+        if way != ways[0]:
+            # The twin has no pipeline.
+            continue
+        cycles = [one["step_time_ms"] for one in flown]
+        found[way] |= {
             "reversals": sum(one["reversals"] for one in flown),
             "maneuvers_mean": float(np.mean([one["maneuvers"] for one in flown])),
             "runs_with_least_bad_maneuver": sum(one["least_bad_maneuvers"] > 0 for one in flown),
             "runs_with_unknown_alert": sum(one["unknown_alert_steps"] > 0 for one in flown),
-            "path_ratio": {"mean": float(np.mean(paths)), "max": float(np.max(paths))} if paths else None,
             "step_time_ms": {
                 "mean": float(np.mean([cycle["mean"] for cycle in cycles])),
                 "max": float(np.max([cycle["max"] for cycle in cycles])),

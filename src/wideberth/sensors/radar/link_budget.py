@@ -4,11 +4,15 @@ Thesis 5.2, table 5.1. A bin of a sweep's spectrum is as wide as the sweep is sh
 Signal-to-noise ratios are those of one channel and one sweep unless a gain is added.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from wideberth.argument_checks import COUNT, FINITE, POSITIVE, FloatArray, checked, choice
 from wideberth.sensors.radar.config import RadarConfig
+
+_HALF_POWER_DB = 10.0 * math.log10(2.0)
 
 BOLTZMANN = 1.380649e-23
 NOISE_TEMPERATURE = 290.0  # K, to which noise figures refer
@@ -128,14 +132,14 @@ def pattern_loss_db(azimuth: ArrayLike, elevation: ArrayLike, config: RadarConfi
     ValueError
         If an angle is not finite.
     """
+    return lobe_loss_db(checked("azimuth", azimuth, FINITE), checked("elevation", elevation, FINITE), config)
+
+
+def lobe_loss_db(azimuth: FloatArray, elevation: FloatArray, config: RadarConfig) -> FloatArray:
+    """Return `pattern_loss_db` of angles that are known to be finite."""
     loss = np.zeros(())
-    for name, angle, width in (
-        ("azimuth", azimuth, config.azimuth_beamwidth_deg),
-        ("elevation", elevation, config.elevation_beamwidth_deg),
-    ):
-        off = checked(name, angle, FINITE)
-        down_at_half_width = 10.0 * np.log10(2.0)
-        loss = loss + (0.0 * off if width is None else down_at_half_width * (2.0 * off / np.radians(width)) ** 2)
+    for off, width in ((azimuth, config.azimuth_beamwidth_deg), (elevation, config.elevation_beamwidth_deg)):
+        loss = loss + (0.0 * off if width is None else _HALF_POWER_DB * (2.0 * off / math.radians(width)) ** 2)
     return np.asarray(loss)
 
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from wideberth.sensors.radar.config import SimulatedRadarConfig
 from wideberth.sensors.radar.coverage import looks_and_gain_db
 from wideberth.sensors.radar.detection import threshold
-from wideberth.sensors.radar.link_budget import averaging_gain_db, pattern_loss_db, snr_db
+from wideberth.sensors.radar.link_budget import averaging_gain_db, lobe_loss_db, snr_db
 from wideberth.sensors.radar.processing.thresholds import per_cell
 from wideberth.sensors.radar.range_cells import (
     beat_bins,
@@ -127,8 +127,9 @@ class PlotModel:
         """
         # Drawn for all aircraft, seen or not, so that one does not change the noise of another.
         fluctuation, noise = self._fluctuation(random, len(positions)), random.standard_normal((len(positions), 4))
-        seen = np.flatnonzero(self.visible(positions))
-        snr = self.ratio(positions[seen], rcs_m2[seen]) * fluctuation[seen]
+        distance, azimuth, elevation = polar(positions)
+        seen = np.flatnonzero(self._visible(distance, azimuth, elevation))
+        snr = self._ratio(distance[seen], azimuth[seen], elevation[seen], rcs_m2[seen]) * fluctuation[seen]
         leader, place, rate, snr = self._merged(random, seen, positions[seen], range_rates[seen], snr)
         hit = self._detected(random, place, rate, snr)
         false, false_rate, false_total = self._false_echoes(random, burst, self._p_fa)
@@ -148,7 +149,9 @@ class PlotModel:
 
     def visible(self, positions: FloatArray) -> NDArray[np.bool_]:
         """Return which aircraft (k, 3), in the sensor's axes, m, are within range and field of view, shape (k,)."""
-        distance, azimuth, elevation = polar(positions)
+        return self._visible(*polar(positions))
+
+    def _visible(self, distance: FloatArray, azimuth: FloatArray, elevation: FloatArray) -> NDArray[np.bool_]:
         c = self._config
         inside = (distance >= c.range_min_m) & (distance <= c.range_limit)
         return inside & (np.abs(azimuth) <= self.field_of_view[0]) & (np.abs(elevation) <= self.field_of_view[1])
@@ -166,8 +169,12 @@ class PlotModel:
         -------
         ndarray, shape (k,)
         """
-        distance, azimuth, elevation = polar(positions)
-        lost = 2.0 * pattern_loss_db(azimuth, elevation, self._config)
+        return self._ratio(*polar(positions), rcs_m2)
+
+    def _ratio(
+        self, distance: FloatArray, azimuth: FloatArray, elevation: FloatArray, rcs_m2: FloatArray
+    ) -> FloatArray:
+        lost = 2.0 * lobe_loss_db(azimuth, elevation, self._config)
         return np.asarray(10.0 ** ((self._snr_at_a_metre_db - lost) / 10.0) * rcs_m2 / distance**4)
 
     def sigmas(self, positions: FloatArray, total: FloatArray) -> FloatArray:
@@ -185,10 +192,14 @@ class PlotModel:
         ndarray, shape (k, 4)
             Range, m; azimuth and elevation, or angle of the cone and NaN, rad; range rate, m/s, or NaN.
         """
+        return self._sigmas(*polar(positions), total)
+
+    def _sigmas(
+        self, distance: FloatArray, azimuth: FloatArray, elevation: FloatArray, total: FloatArray
+    ) -> FloatArray:
         c, m = self._config, self._model
         root = 1.0 / np.sqrt(np.maximum(total, _LEAST_RATIO))
-        _, azimuth, elevation = polar(positions)
-        sigma = np.full((len(positions), 4), np.nan)
+        sigma = np.full((len(distance), 4), np.nan)
         sigma[:, 0] = c.range_bin * np.hypot(m.range_error_factor * TONE_BINS * root, m.range_floor_bins)
         right, down = (
             np.hypot(m.direction_error_factor * bound * root, m.direction_floor_beamwidths * width)
@@ -265,8 +276,8 @@ class PlotModel:
 
     def _measured(self, places: FloatArray, rates: FloatArray, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return plots of places without errors, NaN where not measured, and their standard deviations, (n, 4)."""
-        sigma = self.sigmas(places, totals)
         distance, azimuth, elevation = polar(places)
+        sigma = self._sigmas(distance, azimuth, elevation, totals)
         z = np.stack([distance, azimuth, elevation, rates], axis=1)
         if self._config.array_rows == 1:
             # Thesis (5.1): a line of elements measures the direction cosine along itself, and no more.
@@ -295,6 +306,8 @@ class PlotModel:
         alarms = self._bins[random.random(len(self._bins)) < p_fa]
         bins = np.concatenate([alarms, random.choice(self._bins, burst)]) if burst else alarms
         n = len(bins)
+        if not n:
+            return np.empty((0, 3)), np.empty(0), np.empty(0)
         distance = np.maximum(c.range_bin * (bins + random.random(n) - 0.5), 0.5 * c.range_bin)
         # A false alarm's power is that of noise beyond the threshold, a burst's just at it.
         excess = np.full(n, max(self._level - 1.0, 0.0))

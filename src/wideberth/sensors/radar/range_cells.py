@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
+from wideberth.sensors.radar import range_cells_kernels
 from wideberth.sensors.radar.config import RadarConfig
 
 FloatArray = NDArray[np.float64]
@@ -28,15 +29,6 @@ def window_noise_gain(window: str) -> float:
     1.5 (1.76 dB) with the Hann window.
     """
     return 1.5 if window == "hann" else 1.0
-
-
-def bin_response(window: str, away: ArrayLike) -> FloatArray:
-    """Return the magnitude of a bin so many bins from a target, the target's own power being 1."""
-    off = np.asarray(away, dtype=np.float64)
-    response = np.sinc(off)
-    if window == "hann":
-        response = response + 0.5 * (np.sinc(off - 1.0) + np.sinc(off + 1.0))
-    return np.abs(response)
 
 
 def beat_bins(config: RadarConfig, distance: ArrayLike, range_rate: ArrayLike) -> FloatArray:
@@ -69,19 +61,28 @@ def bin_shares(config: RadarConfig, beat: ArrayLike, range_rate: ArrayLike) -> F
         Adjacent bins, all those in which there is something. At rest, with the Hann window, 0.67 in the bin of an echo
         in its middle and 0.17 in those beside it.
     """
-    at, rate = np.broadcast_arrays(np.asarray(beat, dtype=np.float64), np.asarray(range_rate, dtype=np.float64))
+    at, rate = np.asarray(beat, dtype=np.float64), np.asarray(range_rate, dtype=np.float64)
+    if at.shape != rate.shape:
+        at, rate = np.broadcast_arrays(at, rate)
     if config.migration_corrected:
         rate = np.zeros(rate.shape)
     sweeps = min(config.averages, _SWEEPS)
     times = (np.arange(sweeps) + 0.5 - 0.5 * sweeps) / sweeps * config.averages * config.sweep_interval
-    moved = rate[..., None] / config.range_bin * times
-    reach = config.processing.group_bins + math.ceil(float(np.abs(moved).max(initial=0.0)))
-    bins = np.arange(-reach, reach + 1)
-    away = (at - np.round(at))[..., None, None] + moved[..., None] - bins
-    response = bin_response(config.processing.window, away)
-    # The sum of amplitudes counts where they add up, in phase.
-    power = response.mean(axis=-2) ** 2 if config.averaging == "coherent" else (response**2).mean(axis=-2)
-    return np.asarray(power / window_noise_gain(config.processing.window))
+    rate = rate / config.range_bin
+    fastest = float(np.abs(rate).max(initial=0.0)) * float(np.abs(times).max())
+    reach = config.processing.group_bins + math.ceil(fastest)
+    power = np.empty((at.size, 2 * reach + 1))
+    range_cells_kernels.spread_power(
+        (at - np.rint(at)).ravel(),
+        np.ascontiguousarray(rate).ravel(),
+        times,
+        config.processing.window == "hann",
+        # The sum of amplitudes counts where they add up, in phase.
+        config.averaging == "coherent",
+        window_noise_gain(config.processing.window),
+        power,
+    )
+    return power.reshape(*at.shape, 2 * reach + 1)
 
 
 def group_probability(p: ArrayLike, group: int) -> FloatArray:
@@ -97,17 +98,10 @@ def group_probability(p: ArrayLike, group: int) -> FloatArray:
     -------
     ndarray, shape (...)
     """
-    each = np.asarray(p, dtype=np.float64)
-    runs = np.zeros((*each.shape[:-1], group))  # probability of 0, 1, ... bins over their thresholds up to here
-    runs[..., 0] = 1.0
-    found = np.zeros(each.shape[:-1])
-    for b in range(each.shape[-1]):
-        over = each[..., b]
-        found += over * runs[..., -1]
-        ended = (1.0 - over) * runs.sum(axis=-1)
-        runs[..., 1:] = runs[..., :-1] * over[..., None]
-        runs[..., 0] = ended
-    return found
+    each = np.ascontiguousarray(p, dtype=np.float64)
+    found = np.empty(each.size // each.shape[-1])
+    range_cells_kernels.group_probabilities(each.reshape(len(found), -1), group, found)
+    return found.reshape(each.shape[:-1])
 
 
 @lru_cache(maxsize=16)

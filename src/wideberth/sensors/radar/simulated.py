@@ -8,6 +8,7 @@ import zlib
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -97,7 +98,8 @@ class SimulatedRadar:
         rcs = checked("rcs_m2", np.array([*rcs_m2, ownship_rcs_m2]), POSITIVE)
         self._rcs = rcs if self._on_ground else rcs[:-1]
         self._names = config.unit_names(name)
-        self._keys = [[seed, zlib.crc32(unit.encode())] for unit in self._names]
+        self._streams = [np.random.Philox(key=[seed, zlib.crc32(unit.encode())]) for unit in self._names]
+        self._unused: list[Any] = [stream.state for stream in self._streams]
         height = math.radians(config.boresight_elevation_deg)
         self._mountings = [
             rotation_ned_body(0.0, height, math.radians(azimuth)) for azimuth in config.boresight_azimuths_deg
@@ -221,7 +223,11 @@ class SimulatedRadar:
         return (positions - (place + self._moved)) @ looking, (velocities - carrier) @ looking
 
     def _random(self, unit: int) -> np.random.Generator:
-        return np.random.Generator(np.random.Philox(key=self._keys[unit], counter=[0, 0, self._looks, 0]))
+        # A new stream for each look; to put the counter of a known one is much faster than to make one.
+        state = self._unused[unit]
+        state["state"]["counter"] = np.array([0, 0, self._looks, 0], np.uint64)
+        self._streams[unit].state = state
+        return np.random.Generator(self._streams[unit])
 
     def _scan(
         self,
@@ -251,7 +257,7 @@ class SimulatedRadar:
             z, variance = self._model.look(random, away, rates, self._rcs, burst)
         z[:, 0] *= c.range_scale
         r = np.zeros((len(z), 4, 4))
-        r[:, range(4), range(4)] = variance
+        r.reshape(-1, 16)[:, ::5] = variance
         return Scan(
             t=when,
             t_received=t,

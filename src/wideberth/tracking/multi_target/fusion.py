@@ -21,6 +21,7 @@ IntArray = NDArray[np.int64]
 
 _FIRST_PLACES = 32
 _EVENTS = 4096
+_NO_FILTERS, _NOBODY = make_bank(0), make_heard(0)
 
 
 @dataclass(slots=True)
@@ -195,6 +196,8 @@ class Fusion:
 
     def snapshot(self) -> FusionSnapshot:
         """Return a copy."""
+        if not self.size:
+            return FusionSnapshot(_NO_FILTERS, _NOBODY, self.counts.copy())
         heard = Heard._make(a[: self.size].copy() for a in self.heard)
         return FusionSnapshot(copied_bank(self.filters, self.size), heard, self.counts.copy())
 

@@ -56,6 +56,8 @@ class SensorLog:
         Times and places of the scans in a row that lie too far off.
     recent : list of (float, ndarray)
         Times and plots of the last scans, to know repeats by.
+    table : tuple or None
+        The detection model of its last good scan, and `detection_table` of it.
     """
 
     index: int
@@ -64,6 +66,7 @@ class SensorLog:
     velocity: FloatArray = field(default_factory=lambda: np.zeros(3))
     strange: list[tuple[float, FloatArray]] = field(default_factory=list)
     recent: list[tuple[float, FloatArray]] = field(default_factory=list)
+    table: tuple[DetectionModel | None, FloatArray, FloatArray] | None = None
 
     def is_repeat(self, t: float, z: FloatArray) -> bool:
         """Return whether a scan of the same time with the same plots has come before; else remember it.
@@ -133,8 +136,10 @@ def detection_table(model: DetectionModel | None, config: MultiTargetConfig) -> 
     if len(ranges) > TABLE_NODES:
         nodes = np.linspace(ranges[0], ranges[-1], TABLE_NODES)
         ranges, probabilities = nodes, np.interp(nodes, ranges, probabilities)
-    rest = TABLE_NODES - len(ranges)
-    return np.pad(ranges, (0, rest), mode="edge"), np.minimum(np.pad(probabilities, (0, rest), "edge"), _MOST_PROBABLE)
+    table = np.empty((2, TABLE_NODES))
+    table[0, : len(ranges)], table[1, : len(ranges)] = ranges, np.minimum(probabilities, _MOST_PROBABLE)
+    table[:, len(ranges) :] = table[:, len(ranges) - 1 : len(ranges)]
+    return table[0], table[1]
 
 
 def pose_fault(position: FloatArray, attitude: FloatArray) -> str | None:
@@ -149,9 +154,17 @@ def pose_fault(position: FloatArray, attitude: FloatArray) -> str | None:
         return "sensor pose of a wrong shape"
     if not (np.isfinite(position).all() and np.isfinite(attitude).all()):
         return "sensor pose not finite"
-    if np.abs(attitude @ attitude.T - np.eye(3)).max() > ROTATION_TOLERANCE or np.linalg.det(attitude) < 0.0:
-        return "sensor attitude is no rotation"
-    return None
+    return None if _is_rotation(np.asarray(attitude, float).tolist()) else "sensor attitude is no rotation"
+
+
+def _is_rotation(rows: list[list[float]]) -> bool:
+    """Return whether C C' of finite rows (3, 3) is the identity, and C no mirror image; plain numbers are fastest."""
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    lengths = a * a + b * b + c * c, d * d + e * e + f * f, g * g + h * h + i * i
+    angles = a * d + b * e + c * f, a * g + b * h + c * i, d * g + e * h + f * i
+    off = max(abs(length - 1.0) for length in lengths), max(map(abs, angles))
+    determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
+    return max(off) <= ROTATION_TOLERANCE and determinant > 0.0
 
 
 def scan_fault(scan: Scan) -> str | None:
@@ -182,7 +195,9 @@ def ready(scan: Scan, log: SensorLog, config: MultiTargetConfig) -> ReadyScan:
         Of its sensor, after `SensorLog.moves_to`.
     config : MultiTargetConfig
     """
-    ranges, probabilities = detection_table(scan.detection, config)
+    if log.table is None or log.table[0] is not scan.detection:
+        log.table = (scan.detection, *detection_table(scan.detection, config))
+    _, ranges, probabilities = log.table
     return ReadyScan(
         t=float(scan.t),
         sensor=log.index,

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.plots import Plots
-from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, Bank, copied_bank, predict_tracks
+from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, copied_bank, predict_tracks
 from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW, MERGED
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.file_run import run_file
@@ -32,6 +32,8 @@ FloatArray = NDArray[np.float64]
 
 _FUTURE_S = 0.5
 """Scans this far ahead of the clock are still believed."""
+
+_NOTHING_SAID = SourceInfo()
 
 
 class MultiTargetTracker:
@@ -272,8 +274,9 @@ class MultiTargetTracker:
             self._t_own = now
         dt = self._t - self._t_own_heard
         if dt > 0.0:
-            parts = self._telemetry(ownship, self._t)
-            self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts)
+            if self._state.fusion.size:
+                parts = self._telemetry(ownship, self._t)
+                self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts)
             self._t_own_heard = self._t
 
     def _telemetry(self, ownship: Ownship | None, t: float) -> tuple[FloatArray, FloatArray]:
@@ -290,42 +293,67 @@ class MultiTargetTracker:
         n = int(state.bank.size[0])
         numbered: list[tuple[int, Track]] = []
         if n:
-            bank = copied_bank(state.bank, n)
-            if t > state.bank.t[0]:
+            bank = state.bank
+            if t > bank.t[0]:
+                bank = copied_bank(bank, n)
                 predict_tracks(bank, t, state.motion, state.scratch.motion)
             x, p = np.empty((n, 9)), np.empty((n, 9, 9))
             report_tracks(bank, state.motion, x, p, state.scratch)
             names = list(self._logs)
-            for i in range(n):
-                numbered.append((int(bank.identity[i]), self._track(bank, i, t, x[i], p[i], names)))
+            columns = (
+                bank.identity,
+                bank.address,
+                bank.inside,
+                bank.updated,
+                bank.existence,
+                bank.fed,
+                bank.status,
+                bank.own[:, FLAG],
+            )
+            rows = zip(*(column[:n].tolist() for column in columns), strict=True)
+            at = max(t, float(bank.t[0]))
+            numbered.extend((row[0], self._track(t, at, x[i], p[i], names, *row)) for i, row in enumerate(rows))
         numbered.extend(self._heard_tracks(t))
         return tuple(track for _, track in sorted(numbered, key=lambda pair: pair[0]))
 
-    def _track(self, bank: Bank, i: int, t: float, x: FloatArray, p: FloatArray, names: list[str]) -> Track:
+    def _track(
+        self,
+        t: float,
+        at: float,
+        x: FloatArray,
+        p: FloatArray,
+        names: list[str],
+        identity: int,
+        place: int,
+        inside: int,
+        updated: float,
+        existence: float,
+        fed: int,
+        status: int,
+        own: float,
+    ) -> Track:
         c, heard = self._config, self._state.fusion.heard
-        place = int(bank.address[i])
-        coasting = bank.inside[i] == 0 or t - bank.updated[i] > c.coast_after_s
-        updated, existence = float(bank.updated[i]), float(bank.existence[i])
-        sources = tuple(name for k, name in enumerate(names) if int(bank.fed[i]) >> min(k, 62) & 1)
-        info = SourceInfo()
+        coasting = inside == 0 or t - updated > c.coast_after_s
+        sources = tuple(name for k, name in enumerate(names) if fed >> min(k, 62) & 1)
+        info = _NOTHING_SAID
         if place >= 0:
             coasting = coasting and t - heard.heard[place] > c.reports.coast_after_s
             updated = max(updated, float(heard.heard[place]))
             sources, info = (*sources, *self._receivers(place)), self._book.infos[place]
-        status = TrackStatus.TENTATIVE
-        if bank.status[i] == CONFIRMED:
-            status = TrackStatus.COASTING if coasting else TrackStatus.CONFIRMED
+        life = TrackStatus.TENTATIVE
+        if status == CONFIRMED:
+            life = TrackStatus.COASTING if coasting else TrackStatus.CONFIRMED
         return Track(
-            id=str(int(bank.identity[i])),
-            t=max(t, float(bank.t[0])),
+            id=str(identity),
+            t=at,
             position=x[:3],
             velocity=x[3:6],
             acceleration=x[6:],
             covariance=p,
-            status=status,
+            status=life,
             t_last_update=updated,
             existence=existence,
-            is_ownship=bool(bank.own[i, FLAG] != 0.0),
+            is_ownship=own != 0.0,
             sources=sources,
             info=info,
         )
@@ -339,6 +367,8 @@ class MultiTargetTracker:
         state, c = self._state, self._config
         fusion, heard = state.fusion, state.fusion.heard
         places = fusion.alone(state.bank)
+        if not len(places):
+            return []
         x, p = fusion.estimates(places, t, state.scratch)
         tracks = []
         for k, place in enumerate(places.tolist()):

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from benchmarks import (
     bluesky_encounters,
+    cas_pairs,
     detection_range,
     encounters,
     frames,
@@ -42,6 +43,8 @@ AIMS = (
     Aim("step with 200 aircraft", "mean_ms", 5.0, at_least=False),
     Aim("detection range", "tgvv_microseconds", 20.0, at_least=False),
     Aim("detection range", "gvv_microseconds", 0.3, at_least=False),
+    Aim("cooperative pairs", "continuous_nanoseconds", 400.0, at_least=False),
+    Aim("cooperative pairs", "bang_bang_nanoseconds", 400.0, at_least=False),
     Aim("radar trackers", "ratio_to_stone_soup_gnn", 200.0, at_least=True),
     Aim("radar trackers", "ratio_to_stone_soup_jpda", 200.0, at_least=True),
     Aim("radar trackers", "ospa_over_stone_soup_gnn", 1.0, at_least=False),
@@ -79,6 +82,7 @@ def jobs() -> dict[str, Callable[[], Numbers]]:
     """Return the benchmarks by name."""
     made: dict[str, Callable[[], Numbers]] = {
         "well-clear pairs": pairs.measure,
+        "cooperative pairs": cas_pairs.measure,
         "frames": frames.measure,
         "tracking": tracking.measure,
         "radar trackers": radar_trackers.measure,

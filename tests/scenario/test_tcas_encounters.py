@@ -3,6 +3,7 @@
 import numpy as np
 
 from wideberth.avoidance.cas.complement import ComplementaryManeuver
+from wideberth.conflict.tcas import TCAS_I
 from wideberth.simulation.tcas_encounter import draw_tcas_encounter, fly_tcas_encounter
 from wideberth.units import FOOT
 
@@ -40,3 +41,16 @@ def test_two_that_climb_alike_are_parted_by_the_advisory() -> None:
     assert flown.resolution_advisories == 1
     assert set(flown.sides[flown.senses < 0]) <= {0.0, 1.0}
     assert not flown.lost(500 * FOOT, 100 * FOOT)
+
+
+def test_an_aircraft_with_tcas_one_only_gets_traffic_advisories_and_fewer_when_avoided() -> None:
+    rng, alerts = np.random.default_rng(5), np.zeros((2, 2), int)
+    for _ in range(60):
+        own, intruder, duration, altitude = draw_tcas_encounter(rng)
+        for k, maneuver in enumerate((None, ComplementaryManeuver())):
+            flown = fly_tcas_encounter(own, intruder, duration, maneuver, altitude=altitude, bands=TCAS_I)
+            alerts[k] += flown.traffic_advisories, flown.resolution_advisories
+            assert not flown.senses.any()
+    print(f"traffic advisories of TCAS I: straight {alerts[0, 0]}, avoiding {alerts[1, 0]}")
+    assert alerts[0, 0] >= 20 and alerts[1, 0] <= alerts[0, 0]
+    assert not alerts[:, 1].any()

@@ -124,7 +124,7 @@ def test_nobody_descends_below_the_lowest_altitude() -> None:
 def test_interval_passes_on_the_side_of_the_altitude_wanted(height: float, other_height: float, expected: int) -> None:
     p = settings(CasConfig())
     views = np.zeros((2, multi.N_VIEW))
-    views[1] = [60.0, 0, -15 + other_height, -1.5, 0, 0, -15 + other_height, 0]
+    views[1, :8] = [60.0, 0, -15 + other_height, -1.5, 0, 0, -15 + other_height, 0]
     own = np.array([0.0, 0, -15 + height, 1.5, 0, 0])
     reason, rate, by = multi.interval_rate(own, 0, own[2], 0.0, False, views, np.array([0.0, 1.0]), p, np.empty((2, 3)))
     assert (np.sign(rate), by) == (expected, 1)
@@ -156,7 +156,7 @@ def test_interval_between_two_takes_the_velocity_that_falls_least_short() -> Non
     p = settings(CasConfig(margin_m=0.0))
     views = np.zeros((3, multi.N_VIEW))
     for k, z in ((0, -17.0), (2, -13.0)):
-        views[k] = [20.0, 0, z, -1.5, 0, 0, z, 0]
+        views[k, :8] = [20.0, 0, z, -1.5, 0, 0, z, 0]
     own, use = np.array([0.0, 0, -15, 1.5, 0, 0]), np.array([1.0, 0.0, 1.0])
     _, rate, _ = multi.interval_rate(own, 1, -15.0, 0.0, False, views, use, p, np.empty((3, 3)))
     assert rate == pytest.approx(0.0, abs=1e-6)  # midway between the one above and the one below

@@ -87,6 +87,7 @@ def test_the_closest_point_is_that_of_the_lagging_flight(own: Any, other: Any, c
     q = parameters(RotorcraftConfig(speed_max_mps=5.0, climb_rate_max_mps=5.0, sink_rate_max_mps=5.0))
     now = np.linalg.norm(own[:3] - other[:3])
     wanted = min(p[pair.P_SEPARATION], 0.98 * now)
+    multi.note_separations(own, views, use, p)
     missing, whom = maneuver.shortfall(command[0], command[1], command[2], own, views, use, p, 1.0, False)
     x, y, least, late = own.copy(), other.copy(), np.inf, False
     dt = 0.05

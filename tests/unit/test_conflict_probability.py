@@ -58,6 +58,34 @@ def test_limits() -> None:
     assert 0 < conflict_probability([1000.0, 40.0, 0.0], V, np.eye(3), 10.0) < 1e-190
 
 
+@pytest.mark.parametrize(
+    ("s", "v", "covariance", "spare"),
+    [
+        ([1000.0, 50.0, 0.0], [-10.0, 0.0, 0.0], np.diag([1e4, 0.0, 0.0]), 0.0),
+        ([1000.0, 80.0, 0.0], [-10.0, 0.0, 0.0], np.diag([900.0, 3600.0, 0.0]), 0.0),
+        ([1000.0, 80.0, 10.0], [-10.0, 0.0, 0.0], np.outer([30.0, 60.0, 0.0], [30.0, 60.0, 0.0]), 0.0),
+        ([50.0, 20.0, 10.0], [-1.0, 0.0, 0.1], np.eye(3) * 900.0, 0.0),
+        ([50.0, 20.0, 10.0], [1.0, 0.0, 0.0], np.eye(3) * 900.0, 0.05),
+        ([300.0, 0.0, 0.0], [10.0, 0.0, 0.0], np.eye(3) * 1e4, 0.02),
+    ],
+    ids=["certain across", "certain height", "one direction", "inside", "inside and leaving", "leaving"],
+)
+def test_odd_cases_agree_with_drawing(s: list[float], v: list[float], covariance: Any, spare: float) -> None:
+    rng, n = np.random.default_rng(3), 40_000
+    p = float(conflict_probability(s, v, covariance, 100.0, 40.0))
+    e = rng.multivariate_normal(np.zeros(3), covariance, n) + s
+    t = np.maximum(-(e[:, :2] @ v[:2]) / (v[0] ** 2), 0.0)
+    drawn = ((np.hypot(e[:, 0] + v[0] * t, e[:, 1]) < 100.0) & (np.abs(e[:, 2] + v[2] * t) < 40.0)).mean()
+    # Past the closest point it may be more, by what lies beside the disc.
+    assert drawn - 4.5 * math.sqrt(0.25 / n) <= p <= drawn + 4.5 * math.sqrt(0.25 / n) + spare
+
+
+def test_an_endless_height_is_none() -> None:
+    assert conflict_probability(S, V, np.eye(3), 10.0, math.inf) == conflict_probability(S, V, np.eye(3), 10.0)
+    with pytest.raises(ValueError, match="half_height must be positive"):
+        conflict_probability(S, V, np.eye(3), 10.0, 0.0)
+
+
 @pytest.mark.parametrize("sigma", [0.01, 3.0, 60.0, 5000.0])
 def test_without_relative_motion_it_is_the_disc(sigma: float) -> None:
     for distance in (0.0, 80.0, 99.99, 130.0):

@@ -38,7 +38,7 @@ def conflict_probability(
     radius : float
         Horizontal separation s_c, m.
     half_height : float, optional
-        Vertical separation h_c, m, which needs three dimensions; horizontal probability alone where absent.
+        Vertical separation h_c, m, which needs three dimensions; horizontal probability alone where absent or infinite.
 
     Returns
     -------
@@ -56,6 +56,8 @@ def conflict_probability(
     -----
     Where the closest point is past, the separation now is judged, along its own direction. Without horizontal relative
     velocity it is the probability of being inside the disc; its height is then judged where it comes nearest to ours.
+    Past the closest point this is more than drawing gives, as the disc counts as endless across. Height and miss
+    distance are taken as independent, as the formula has it: their covariance is not used.
     """
     s = finite_array("relative_position", relative_position, "(..., 3) or (..., 2)")
     v = finite_array("relative_velocity", relative_velocity, "(..., 3) or (..., 2)")
@@ -86,7 +88,7 @@ def conflict_probability(
         velocities,
         covariances,
         scalar("radius", radius, POSITIVE),
-        math.inf if half_height is None else scalar("half_height", half_height, POSITIVE),
+        math.inf if half_height in (None, math.inf) else scalar("half_height", half_height, POSITIVE),
         out,
     )
     return float(out[0]) if not shape else out.reshape(shape)

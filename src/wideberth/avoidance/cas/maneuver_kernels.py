@@ -60,7 +60,8 @@ def shortfall(
     """Return the largest missing separation of a commanded velocity, m, and to whom; 0 and -1 where all is kept.
 
     The lag moves the path by (velocity - command) * time constant; that is all it does to the closest point later on.
-    With `sided` a horizontal distance on the other side than `passing_side` counts as missing.
+    With `sided` a horizontal distance on the other side than `passing_side` counts as missing. The separations wanted
+    are in the views (`multi_kernels.note_separations`).
     """
     worst, whom = 0.0, -1
     level, vertical = p[pair.P_LEVEL_LAG], p[pair.P_LAG]
@@ -77,7 +78,7 @@ def shortfall(
         t, d = pair.closest_point(pn, pe, pd, vn, ve, vd)
         if not t < p[pair.P_T_STAR_MIN]:
             continue
-        wanted = (p[pair.P_SEPARATION] + p[pair.P_MARGIN_GROWTH] * views[j, multi.V_AGE]) * widening
+        wanted = (views[j, multi.V_SEPARATION] + p[pair.P_MARGIN_GROWTH] * views[j, multi.V_AGE]) * widening
         # Nearer than that already: then not nearer still.
         wanted = min(wanted, _INSIDE * math.sqrt(now))
         across = pn * ve - pe * vn
@@ -171,6 +172,7 @@ def choose_velocity(
         The velocity, and its cost.
     """
     best[0], best[1], best[2], best[3] = preferred[0], preferred[1], preferred[2], math.inf
+    multi.note_separations(own, views, use, p)
     missing, whom = shortfall(
         preferred[0], preferred[1], preferred[2], own, views, use, p, _RELEASE if avoiding else 1.0, False
     )

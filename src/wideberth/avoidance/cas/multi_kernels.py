@@ -10,16 +10,44 @@ from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
 from wideberth.avoidance.cas import pair_kernels as pair
+from wideberth.avoidance.cas import threshold_kernels as threshold
 
 FloatArray = NDArray[np.float64]
 
-# A view: position and velocity (NED) now, the altitude wanted (as a position down), age of the message, s.
-V_WANTED, V_AGE = 6, 7
-N_VIEW = 8
+# A view: position and velocity (NED) now, the altitude wanted (as a position down), age of the message, s; the variance
+# on each axis of the relative position at the closest point, where a filter knows it (0: by the settings, for the age).
+V_WANTED, V_AGE, V_VARIANCE = 6, 7, 8
+V_SEPARATION = 9  # m, wanted of it: written by `note_separations`
+N_VIEW = 10
 _DECISIVE = 0.75  # of the separation: an altitude difference at the closest point that decides who passes above
 _INSIDE_WEIGHT = 4.0  # of the altitude difference in that rule where the vehicles are already too close
 _BAND = 0.2  # of the range of own velocities
 _SEARCH_STEPS = 40
+
+
+@jit_uncounted
+def wanted_separation(own: FloatArray, view: FloatArray, p: FloatArray) -> float:
+    """Return the miss distance that the threshold wants of another vehicle, m."""
+    return threshold.needed_separation(
+        p[pair.P_SEPARATION],
+        own[0] - view[0],
+        own[1] - view[1],
+        own[2] - view[2],
+        own[3] - view[3],
+        own[4] - view[4],
+        own[5] - view[5],
+        view[V_AGE],
+        view[V_VARIANCE],
+        p,
+    )
+
+
+@jit_uncounted
+def note_separations(own: FloatArray, views: FloatArray, use: FloatArray, p: FloatArray) -> None:
+    """Write `wanted_separation` of every vehicle into its view."""
+    for j in range(views.shape[0]):
+        if use[j] > 0.0:
+            views[j, V_SEPARATION] = wanted_separation(own, views[j], p)
 
 
 @jit_uncounted
@@ -37,7 +65,7 @@ def most_critical(own: FloatArray, views: FloatArray, use: FloatArray, p: FloatA
             own[4] - views[j, 4],
             own[5] - views[j, 5],
         )
-        in_conflict = d <= p[pair.P_SEPARATION]
+        in_conflict = d <= wanted_separation(own, views[j], p)
         value = t if in_conflict else d
         if (in_conflict and not best_in_conflict) or (in_conflict == best_in_conflict and value < best_value):
             best, best_in_conflict, best_value = j, in_conflict, value
@@ -90,13 +118,13 @@ def forbidden_rates(
 
 
 @jit_uncounted
-def passes_above(z_star: float, wanted: float, other_wanted: float, lower_number: bool, p: FloatArray) -> bool:
+def passes_above(z_star: float, wanted: float, other_wanted: float, lower_number: bool, separation: float) -> bool:
     """Return whether the own vehicle is the one to pass above.
 
     A clear difference of altitude at the closest point decides; else the altitudes wanted, then the numbers, which both
     know alike in spite of noise and delay.
     """
-    if abs(z_star) > _DECISIVE * p[pair.P_SEPARATION]:
+    if abs(z_star) > _DECISIVE * separation:
         return z_star < 0.0
     if wanted != other_wanted:
         return wanted < other_wanted
@@ -145,14 +173,17 @@ def interval_rate(
         px, py, pz = own[0] - views[j, 0], own[1] - views[j, 1], own[2] - views[j, 2]
         vx, vy, other_w = own[3] - views[j, 3], own[4] - views[j, 4], views[j, 5]
         grown = p[pair.P_MARGIN_GROWTH] * views[j, V_AGE]
-        half = p[pair.P_HALF_HEIGHT] + grown if p[pair.P_HALF_HEIGHT] > 0.0 else 0.0
-        above, below, t = forbidden_rates(px, py, pz, vx, vy, p[pair.P_SEPARATION] + grown, half)
+        wanted_distance = wanted_separation(own, views[j], p)
+        half = p[pair.P_HALF_HEIGHT]
+        if half > 0.0:
+            half += grown + wanted_distance - p[pair.P_SEPARATION]
+        above, below, t = forbidden_rates(px, py, pz, vx, vy, wanted_distance + grown, half)
         if math.isnan(above) or not t < p[pair.P_T_STAR_MIN]:
             continue
         z_star = pz + (own[5] - other_w) * t
-        up = passes_above(z_star, wanted, views[j, V_WANTED], number < j, p)
+        up = passes_above(z_star, wanted, views[j, V_WANTED], number < j, wanted_distance)
         if above == -math.inf and below == math.inf:
-            up = passes_above(_INSIDE_WEIGHT * pz, wanted, views[j, V_WANTED], number < j, p)
+            up = passes_above(_INSIDE_WEIGHT * pz, wanted, views[j, V_WANTED], number < j, wanted_distance)
             above, below = low - other_w, high - other_w
         elif above == -math.inf:
             up = False
@@ -200,6 +231,7 @@ def _shortfall(w: float, bounds: FloatArray) -> float:
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     own, views, use, p = np.ones(6), np.zeros((2, N_VIEW)), np.ones(2), np.ones(pair.N_SETTINGS)
+    note_separations(own, views, use, p)
     most_critical(own, views, use, p)
     forbidden_rates(9.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0)
     interval_rate(own, 0, 0.0, 0.0, False, views, use, p, np.empty((2, 3)))

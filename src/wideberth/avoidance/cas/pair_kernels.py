@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
+from wideberth.avoidance.cas import threshold_kernels as threshold
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -43,7 +44,8 @@ P_MARGIN_GROWTH = 24  # m/s, of the margin with a message's age
 P_KINDS = 25  # what `maneuver_kernels` may change
 P_LEVEL_LAG = 26  # s, of the horizontal velocity
 P_SPEED_MAX = 27  # m/s
-N_SETTINGS = 28
+# From `threshold.P_THRESHOLD` on: how conflicts are told.
+N_SETTINGS = threshold.P_END
 
 FULL, SHARED, SHARED_CORRECTED = 0, 1, 2
 UNCOMPENSATED, ESTIMATE, TIMESTAMP = 0, 1, 2
@@ -75,6 +77,12 @@ def closest_point(px: float, py: float, pz: float, vx: float, vy: float, vz: flo
         t = max(0.0, -(px * vx + py * vy + pz * vz) / vv)
     dx, dy, dz = px + vx * t, py + vy * t, pz + vz * t
     return t, math.sqrt(dx * dx + dy * dy + dz * dz)
+
+
+@jit_uncounted
+def wanted_separation(px: float, py: float, pz: float, vx: float, vy: float, vz: float, p: FloatArray) -> float:
+    """Return the miss distance that the threshold wants of a pair, by the settings' errors of states that are fresh."""
+    return threshold.needed_separation(p[P_SEPARATION], px, py, pz, vx, vy, vz, 0.0, 0.0, p)
 
 
 @jit_uncounted
@@ -152,8 +160,9 @@ def continuous(
     reason, command, t_star, d_star
         `NO_REASON` where guidance flies.
     """
-    d, delta, soon = p[P_SEPARATION], p[P_HYSTERESIS], p[P_T_STAR_MIN]
+    delta, soon = p[P_HYSTERESIS], p[P_T_STAR_MIN]
     vz = w - other_w
+    d = wanted_separation(px, py, pz, vx, vy, vz, p)
     t_now, d_now = closest_point(px, py, pz, vx, vy, vz)
     t_back, d_back = closest_point(px, py, pz, vx, vy, guidance - other_w)
     inside = px * px + py * py + pz * pz < d * d
@@ -207,8 +216,8 @@ def bang_bang(
     `command` is that of the avoidance begun, where `avoiding`; the other parameters and the result are those of
     `continuous`.
     """
-    d = p[P_SEPARATION]
     vz = w - other_w
+    d = wanted_separation(px, py, pz, vx, vy, vz, p)
     t_now, d_now = closest_point(px, py, pz, vx, vy, vz)
     if p[P_DISABLE] > 0.0:
         return NO_REASON, guidance, t_now, d_now
@@ -223,7 +232,8 @@ def bang_bang(
         if over and p[P_FORCE] == 0.0:
             return NO_REASON, guidance, t_now, d_now
         return HELD, command, t_now, d_now
-    if not (d_now <= d or p[P_FORCE] > 0.0):
+    tested = p[threshold.P_HYPOTHESIS_TEST] > 0.0
+    if not (d_now <= d or tested or p[P_FORCE] > 0.0):
         return NO_REASON, guidance, t_now, d_now
     rise = RISE_TIMES * p[P_LAG]
     qx, qy, qz = px + vx * rise, py + vy * rise, pz + vz * rise
@@ -239,8 +249,18 @@ def bang_bang(
     other = other_w
     if cooperates:
         other = p[P_DOWN] if which < 0 else p[P_UP]
-    _, d_turned = closest_point(qx, qy, qz, vx, vy, command - other)
-    if d_turned <= d:
+    t_turned, d_turned = closest_point(qx, qy, qz, vx, vy, command - other)
+    begins = d_turned <= d
+    if tested:
+        begins = threshold.begins_by_test(
+            p[P_SEPARATION],
+            d_now,
+            threshold.spread(t_now, p),
+            d_turned,
+            threshold.spread(rise + t_turned, p),
+            p,
+        )
+    if begins:
         return CURRENT, command, t_now, d_now
     if p[P_FORCE] > 0.0:
         return FORCED, command, t_now, d_now
@@ -293,5 +313,6 @@ def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     state, one, p = np.ones((1, 6)), np.ones(1), np.ones(N_SETTINGS)
     decide_pairs(state, state, one, one, p, np.zeros(1, np.int64), one, np.empty((1, 2)))
+    guidance_rate(1.0, 1.0, p)
     closest_point(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     tangent_rates(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)

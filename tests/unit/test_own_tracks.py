@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.unit.test_pipeline import MISSION, FakeDetector, FakePlanner, FakeTracker, ownship, pipeline, scan, track
 from wideberth.tracking.lost_traffic import LostTraffic
-from wideberth.tracking.own_tracks import HOLD_RADIUS, NEWBORN, OwnTracks
+from wideberth.tracking.own_tracks import HOLD_RADIUS, NEWBORN, NEWS, OwnTracks
 from wideberth.types import AlertLevel
 
 ORIGIN = np.zeros(3)
@@ -43,6 +43,22 @@ def test_another_track_found_to_be_ours_frees_the_old_one():
     marks(own, at(0.0, 2.0, True))
     assert marks(own, at(0.1, 2.0), at(0.1, 1.0, True, "8")) == [False, True]
     assert marks(own, at(0.2, 2.0), at(0.2, 1.0, False, "8")) == [False, True]
+
+
+def test_one_plot_makes_no_intruder_of_a_track_that_flew_on_beside_ours():
+    own = OwnTracks()
+    marks(own, at(5.0, 2.0, True))
+
+    def old(updated):
+        return dataclasses.replace(at(9.9, 40.0), t_last_update=updated)
+
+    for updated in (5.0, 9.0, 9.0, 9.0, 9.1):
+        assert marks(own, old(updated), at(9.9, 1.0, True, "8")) == [True, True]
+    # Explained by telemetry again, it begins anew.
+    marks(own, dataclasses.replace(old(9.1), is_ownship=True), at(9.9, 1.0, True, "8"))
+    for i in range(NEWS - 1):
+        assert marks(own, old(19.2 + 0.1 * i), at(19.9, 1.0, True, "8")) == [True, True]
+    assert marks(own, old(19.8), at(19.9, 1.0, True, "8")) == [False, True]
 
 
 def test_a_number_that_is_gone_is_forgotten():

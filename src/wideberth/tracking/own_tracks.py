@@ -12,6 +12,12 @@ NEWBORN = 4.0
 HOLD_RADIUS = 30.0
 """A track that was the ownship's stays so this near to it, m, unless another track is found to be the ownship's."""
 
+NEWS = 3
+"""So many updates make somebody else of a track that flew on without news, if another is found to be the ownship's."""
+
+SILENT = 1.0
+"""A track flew on without news when it had none for longer, s."""
+
 
 class OwnTracks:
     """Remembers which tracks were the ownship's.
@@ -19,7 +25,8 @@ class OwnTracks:
     A track is the ownship's because telemetry explains it. In a hard turn the track lags and telemetry explains it no
     longer; once the radar loses it, it flies straight on. Taken as an intruder, either would be fled from, in ever
     harder turns. So a track that was the ownship's stays so while it has not been updated since, and while it is within
-    `HOLD_RADIUS`, where an intruder would long have been avoided under a track of its own.
+    `HOLD_RADIUS`, where an intruder would long have been avoided under a track of its own. A single plot of the ownship
+    may go to the one that flies on: where another track is the ownship's by now, it takes `NEWS` to be an intruder.
 
     A radar that stands elsewhere sees the ownship and begins a track of it, whose first states may be too poor for
     telemetry to explain them. So one that begins within `HOLD_RADIUS` is taken as the ownship's for `NEWBORN` seconds,
@@ -27,7 +34,7 @@ class OwnTracks:
     """
 
     def __init__(self) -> None:
-        self._updated: dict[str, float] = {}
+        self._updated: dict[str, tuple[float, int]] = {}  # when each was updated last, and how often since it was ours
         self._began: dict[str, tuple[float, bool]] = {}  # when each track did, and whether near the ownship
         self._newborn_updated: dict[str, float] = {}  # of those taken as the ownship's for being newborn
         self._seen_from_elsewhere = False
@@ -59,13 +66,16 @@ class OwnTracks:
         marked = []
         for track, distance in zip(tracks, distances, strict=True):
             was = track.id in before
-            seen = was and track.t_last_update != before[track.id]
+            updated, news = before.get(track.id, (track.t_last_update, 0))
+            if track.t_last_update != updated:
+                flew_on = news > 0 or track.t_last_update - updated > SILENT
+                updated, news = track.t_last_update, news + 1 if flew_on else NEWS
+            seen = news >= (NEWS if found else 1)
             near = was and not found and distance <= HOLD_RADIUS
             own = track.is_ownship or (was and (near or not seen or not sure))
             if own:
-                self._updated[track.id] = (
-                    track.t_last_update if track.is_ownship or near or not sure else before[track.id]
-                )
+                ours = track.is_ownship or near or not sure
+                self._updated[track.id] = (track.t_last_update, 0) if ours else (updated, news)
             if track.id in newborn:
                 own, self._newborn_updated[track.id] = True, track.t_last_update
             # Without news it is still nobody else.

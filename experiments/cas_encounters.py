@@ -1,17 +1,20 @@
-"""Random encounters of helicopters that avoid each other: pairs, ten in a cube, and how fast it runs.
+"""Random encounters of helicopters that avoid each other: pairs, ten in a cube, who decides, and how fast it runs.
 
-`python -m experiments.cas_encounters` writes docs/results/cas_encounters.md.
+`python -m experiments.cas_encounters` writes docs/results/cas_encounters.md. What is flown is kept in a folder, part by
+part: the same command goes on from there.
 """
 
 import argparse
 import time
-from collections.abc import Callable
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from experiments.mission_results import wilson
+from experiments.cas_encounters_page import Found, page_of
 from wideberth.avoidance.cas import pair_kernels
 from wideberth.avoidance.cas.config import CasConfig, cas_preset
 from wideberth.avoidance.cas.settings import settings
@@ -28,9 +31,68 @@ DELAY_MAX, LOSS = 4.0, 0.2
 CUBE = 300 * FOOT
 LAYER = 40 * FOOT
 FIRST_TIME, FIRST_DISTANCE = 20.0, 16 * FOOT
+OUTAGE = {"outage_start_s": 15.0, "outage_duration_s": 15.0}
 MANEUVERS = ("horizontal", "speed", "least_deviation", "combined", "roundabout")
 PAIRS = ("none", "bang_bang", "continuous", "interval", *MANEUVERS)
 CUBES = ("none", "bang_bang", "continuous", "interval", "altitudes", *MANEUVERS)
+SPEEDS = ("bang_bang", "continuous", "interval")
+PART = 500  # encounters that are flown and kept together
+
+
+class Kind(NamedTuple):
+    """A set of encounters.
+
+    Attributes
+    ----------
+    n : int
+        Vehicles.
+    duration : float
+        s.
+    height : float
+        Of the box that they are drawn in, m; of no use for pairs.
+    names : tuple of str
+        The controllers that fly it.
+    """
+
+    n: int
+    duration: float
+    height: float
+    names: tuple[str, ...]
+
+
+KINDS = {
+    "pairs": Kind(2, PAIR_TIME, 0.0, PAIRS),
+    "cubes": Kind(10, CUBE_TIME, CUBE, CUBES),
+    "layers": Kind(10, CUBE_TIME, LAYER, CUBES),
+}
+ARCHITECTURES: dict[str, dict[str, Any]] = {
+    "distributed": {},
+    "distributed, relayed": {"hub": True},
+    "centralised": {"architecture": "centralised"},
+    "distributed, outage": OUTAGE,
+    "distributed, relayed, outage": {"hub": True, **OUTAGE},
+    "centralised, outage": {"architecture": "centralised", **OUTAGE},
+}
+
+
+class Part(NamedTuple):
+    """Encounters that are flown together: `size` of a kind from number `first` on, with a controller and its radio.
+
+    `label` tells it from others in its file's name.
+    """
+
+    kind: str
+    label: str
+    controller: str
+    radio: dict[str, Any]
+    seed: int
+    first: int
+    size: int
+
+    def file(self, folder: Path) -> Path:
+        """Return where it is kept."""
+        name = self.label.replace(", ", "-").replace(" ", "_")
+        return folder / f"{self.seed}-{self.kind}-{name}-{self.first}-{self.size}.npz"
 
 
 def draw_pair(rng: np.random.Generator) -> FloatArray:
@@ -73,19 +135,16 @@ def _far_at_first(a: FloatArray, b: FloatArray) -> bool:
     return float(np.linalg.norm(p + v * t)) >= FIRST_DISTANCE
 
 
-def draw_layer(rng: np.random.Generator) -> FloatArray:
-    """Return ten vehicles in a layer of 40 ft, where nearly all paths conflict."""
-    return draw_cube(rng, height=LAYER)
-
-
 def controller(name: str) -> CasConfig:
     """Return the default settings with another controller; the bang-bang one as printed but for its faults."""
     return cas_preset("default", controller=name)
 
 
 def fleet_of(n: int, name: str, duration: float, seed: int = 1, **radio: Any) -> Fleet:
-    """Return a fleet of `n` vehicles with one controller, at 20 Hz."""
+    """Return a fleet of `n` vehicles with one controller, at 20 Hz; `radio` may name the architecture as well."""
+    architecture = radio.pop("architecture", "distributed")
     config = FleetConfig(
+        architecture=architecture,
         duration_s=duration,
         step_s=0.05,
         seed=seed,
@@ -96,54 +155,68 @@ def fleet_of(n: int, name: str, duration: float, seed: int = 1, **radio: Any) ->
     return Fleet(config)
 
 
-def fly_all(
-    name: str, n: int, count: int, draw: Callable[[np.random.Generator], FloatArray], duration: float, seed: int = 1
-) -> dict[str, Any]:
-    """Fly encounters with one controller.
+def fly_part(part: Part) -> dict[str, np.ndarray]:
+    """Fly a part.
 
     Returns
     -------
     dict
-        ``least``, ``drift`` and ``aside`` (count,), m; ``violated`` (count,), pairs within the sphere; ``switches`` and
-        ``counters``, sums.
+        ``least``, ``drift`` and ``aside`` (count,), m; ``violated`` (count,), pairs within the sphere; ``counters``
+        (8,), sums by `COUNTERS`.
     """
-    fleet = fleet_of(n, name, duration, seed, delay_s=DELAY_MAX, loss=LOSS)
+    kind, count = KINDS[part.kind], part.size
+    fleet = fleet_of(
+        kind.n, part.controller, kind.duration, part.seed, **{"delay_s": DELAY_MAX, "loss": LOSS, **part.radio}
+    )
     least, drift, aside, violated = np.empty(count), np.empty(count), np.empty(count), np.zeros(count, int)
     counters = np.zeros(len(COUNTERS), int)
-    for k in range(count):
-        rng = np.random.default_rng([seed, 0xCA5, n, k])
-        x, delay = draw(rng), rng.uniform(0.0, DELAY_MAX)
-        fleet.fly(x, encounter=k, delay=delay)
-        least[k], drift[k], aside[k] = fleet.separation.min(), fleet.drift.max(), fleet.aside.max()
-        violated[k] = np.count_nonzero(np.triu(fleet.separation < SEPARATION, 1))
+    for row in range(count):
+        k = part.first + row
+        rng = np.random.default_rng([part.seed, 0xCA5, kind.n, k])
+        x = draw_pair(rng) if part.kind == "pairs" else draw_cube(rng, kind.n, kind.height)
+        fleet.fly(x, encounter=k, delay=rng.uniform(0.0, DELAY_MAX))
+        least[row], drift[row], aside[row] = fleet.separation.min(), fleet.drift.max(), fleet.aside.max()
+        violated[row] = np.count_nonzero(np.triu(fleet.separation < SEPARATION, 1))
         counters += fleet.counters.sum(axis=0)
-    return {
-        "least": least,
-        "drift": drift,
-        "aside": aside,
-        "violated": violated,
-        "counters": dict(zip(COUNTERS, counters, strict=True)),
-    }
+    return {"least": least, "drift": drift, "aside": aside, "violated": violated, "counters": counters}
 
 
-def rows_of(found: dict[str, dict[str, Any]]) -> list[str]:
-    """Return the rows of a table of results by controller."""
-    lines = [
-        "| controller | encounters with a violation | per 1,000 (95 %) | pairs | least, ft |"
-        " drift median / largest, ft | aside median / largest, ft | switches per encounter |",
-        "|---|---|---|---|---|---|---|---|",
-    ]
-    for name, one in found.items():
-        n, bad = len(one["least"]), int(np.count_nonzero(one["violated"]))
-        low, high = (1000 * x for x in wilson(bad, n))
-        drift, aside = one["drift"] / FOOT, one["aside"] / FOOT
-        lines.append(
-            f"| {name} | {bad} | {1000 * bad / n:.1f} ({low:.1f} to {high:.1f}) | {one['violated'].sum()} |"
-            f" {one['least'].min() / FOOT:.1f} | {np.median(drift):.1f} / {drift.max():.1f} |"
-            f" {np.median(aside):.1f} / {aside.max():.1f} |"
-            f" {one['counters']['switches'] / n:.1f} |"
-        )
-    return lines
+def parts_of(pairs: int, cubes: int, seed: int) -> Iterator[Part]:
+    """Yield all parts of the study."""
+    for kind, count in (("pairs", pairs), ("cubes", cubes), ("layers", cubes)):
+        for name in KINDS[kind].names:
+            yield from _split(kind, name, name, {}, seed, count)
+    for kind, count in (("pairs", pairs // 5), ("cubes", cubes // 2), ("layers", cubes // 2)):
+        for label, radio in ARCHITECTURES.items():
+            yield from _split(kind, label, "interval", radio, seed, count)
+
+
+def _split(kind: str, label: str, controller_name: str, radio: dict[str, Any], seed: int, count: int) -> Iterator[Part]:
+    for first in range(0, count, PART):
+        yield Part(kind, label, controller_name, radio, seed, first, min(PART, count - first))
+
+
+def keep_part(part: Part, folder: Path) -> None:
+    """Fly a part, unless it is kept already, and keep it."""
+    file = part.file(folder)
+    if not file.exists():
+        unfinished = file.with_suffix(".tmp.npz")
+        np.savez(unfinished, **fly_part(part))  # type: ignore[arg-type]
+        unfinished.replace(file)
+
+
+def found_in(parts: list[Part], folder: Path) -> Found:
+    """Return what is kept, by kind and label: the arrays of `fly_part` of all their parts together."""
+    found: Found = {}
+    for part in parts:
+        with np.load(part.file(folder)) as kept:
+            one = dict(kept)
+        before = found.setdefault(part.kind, {}).get(part.label)
+        if before is not None:
+            joined = {name: np.concatenate([before[name], one[name]]) for name in one if name != "counters"}
+            one = {**joined, "counters": before["counters"] + one["counters"]}
+        found[part.kind][part.label] = one
+    return found
 
 
 def decision_time(name: str, n: int = 100_000) -> float:
@@ -172,56 +245,23 @@ def real_time_factor(name: str, n: int = 100) -> float:
     return 20.0 / (time.process_time() - start)
 
 
-def page_of(found: dict[str, dict[str, dict[str, Any]]], seed: int) -> str:
-    """Return the page of results."""
-    pairs, cubes = found["pairs"], found["cubes"]
-    lines = [
-        "# Cooperative avoidance in random encounters",
-        "",
-        f"Made by `python -m experiments.cas_encounters` (seed {seed}). Default settings (docs/cas.md) with each"
-        " controller, 20 Hz, the same messages for all: 0 to 4 s late (drawn for each encounter), 20 % lost,"
-        " positions noisy by 1 ft per"
-        " axis, nothing known before the first message. Speeds 1 to 5 ft/s. A violation is a distance below 12 ft."
-        " Drift is the largest distance from the altitude wanted, aside that from the straight track. 95 %"
-        " intervals are Wilson's.",
-        "",
-        f"## {len(pairs['none']['least']):,} pairs that would meet 20 to 40 s after the start",
-        "",
-        *rows_of(pairs),
-        "",
-    ]
-    for name in ("continuous", "interval"):
-        worse = np.count_nonzero((pairs[name]["violated"] > 0) & (pairs["bang_bang"]["violated"] == 0))
-        lines.append(f"- `{name}` violates in {worse} of the pairs that `bang_bang` keeps apart.")
-    for title, one in (("in a cube of 300 ft", cubes), ("in a layer of 300 by 300 by 40 ft", found["layers"])):
-        lines += ["", f"## {len(one['none']['least']):,} encounters of ten vehicles {title}", "", *rows_of(one)]
-    lines += [
-        "",
-        "## Speed, one core",
-        "",
-        "| controller | one decision about a pair, us | 100 vehicles, all pairs at 20 Hz, times real time |",
-        "|---|---|---|",
-    ]
-    for name in ("bang_bang", "continuous", "interval"):
-        pair = "" if name == "interval" else f"{decision_time(name) * 1e6:.3f}"
-        lines.append(f"| {name} | {pair} | {real_time_factor(name):.0f} |")
-    return "\n".join(lines) + "\n"
-
-
 def main() -> None:
     """Run the command line."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pairs", type=int, default=10_000)
     parser.add_argument("--cubes", type=int, default=1_000)
     parser.add_argument("--seed", type=int, default=20261129, help="one that was not used for tuning")
+    parser.add_argument("--workers", type=int, default=1, help="processes; the results are the same with any number")
+    parser.add_argument("--kept", type=Path, default=Path("out/cas_encounters"), help="folder of what is flown")
     parser.add_argument("--out", type=Path, default=Path("docs/results/cas_encounters.md"))
     given = parser.parse_args()
-    found = {
-        "pairs": {name: fly_all(name, 2, given.pairs, draw_pair, PAIR_TIME, given.seed) for name in PAIRS},
-        "cubes": {name: fly_all(name, 10, given.cubes, draw_cube, CUBE_TIME, given.seed) for name in CUBES},
-        "layers": {name: fly_all(name, 10, given.cubes, draw_layer, CUBE_TIME, given.seed) for name in CUBES},
-    }
-    given.out.write_text(page_of(found, given.seed), encoding="utf-8")
+    given.kept.mkdir(parents=True, exist_ok=True)
+    parts = list(parts_of(given.pairs, given.cubes, given.seed))
+    with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
+        for done in [pool.submit(keep_part, part, given.kept) for part in parts]:
+            done.result()
+    speeds = {name: (None if name == "interval" else decision_time(name), real_time_factor(name)) for name in SPEEDS}
+    given.out.write_text(page_of(found_in(parts, given.kept), speeds, given.seed), encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -244,11 +244,7 @@ def head_on(vehicles: list[NaiveVehicle], steps: int, dt: float, delay: int, los
                 )
             vehicle.avoiding = reason != "none"
         for vehicle in vehicles:
-            x, tau = vehicle.x, vehicle.config.lag_s
-            left = math.exp(-dt / tau)
-            x[:2] += x[3:5] * dt
-            x[2] += vehicle.rate * dt + (x[5] - vehicle.rate) * tau * (1 - left)
-            x[5] = vehicle.rate + (x[5] - vehicle.rate) * left
+            fly_vertically(vehicle.x, vehicle.rate, vehicle, dt)
         least = min(least, float(np.linalg.norm(vehicles[0].x[:3] - vehicles[1].x[:3])))
     return least, np.array([v.x for v in vehicles])
 
@@ -264,7 +260,8 @@ def missing_separation(
     d = c.separation_m + c.margin_m
     p, v_now = own[:3] - other[:3], own[3:] - other[3:]
     wanted = min(d * widening, 0.98 * float(np.linalg.norm(p)))
-    decided = abs(cross(p, v_now)) > 0.25 * d * np.linalg.norm(v_now[:2]) and c.controller != "roundabout"
+    share = 0.75 if c.controller == "roundabout" else 0.25
+    decided = abs(cross(p, v_now)) > share * d * np.linalg.norm(v_now[:2])
     side = np.sign(cross(p, v_now)) if decided else -1
     lag = np.array([c.level_lag_s, c.level_lag_s, c.lag_s])
     p, v = p + (own[3:] - command) * lag, command - other[3:]
@@ -328,3 +325,51 @@ def choose_velocity(
     costs = [velocity_cost(v, own, others, preferred, held, c) for v in candidates]
     best = int(np.argmin(costs))
     return candidates[best], costs[best], int(np.argmax(misses))
+
+
+def commanded_by_a_hub(vehicles: list[NaiveVehicle], steps: int, dt: float, delay: int) -> tuple[float, FloatArray]:
+    """As `head_on`, decided by a hub that hears and is heard `delay` steps late; nothing is known before.
+
+    With the compensation ``timestamp`` it decides on the states in which its commands will find the vehicles.
+    """
+    reports: list[list[FloatArray]] = []
+    sent: list[list[tuple[str, float]]] = []
+    least = math.inf
+    for k in range(steps):
+        least = min(least, float(np.linalg.norm(vehicles[0].x[:3] - vehicles[1].x[:3])))
+        reports.append([v.x.copy() for v in vehicles])
+        known = [x.copy() for x in reports[k - delay]] if k >= delay else None
+        decided: list[tuple[str, float]] = [("none", 0.0), ("none", 0.0)]
+        if known is not None:
+            for i, vehicle in enumerate(vehicles):
+                if vehicle.config.delay_compensation == "timestamp":
+                    for j in range(max(k - 2 * delay, 0), k):
+                        reason, rate = sent[j][i]
+                        fly_vertically(known[i], rate if reason != "none" else None, vehicle, dt)
+            for i, vehicle in enumerate(vehicles):
+                law = continuous if vehicle.config.controller == "continuous" else None
+                args = (known[i], known[1 - i], vehicle.wanted, vehicle.avoiding)
+                decided[i] = (
+                    law(*args, i == 0, vehicle.config)
+                    if law
+                    else bang_bang(*args, vehicle.rate, i == 0, vehicle.config)
+                )
+            for vehicle, (reason, vehicle.rate) in zip(vehicles, decided, strict=True):
+                vehicle.avoiding = reason != "none"
+        sent.append(decided)
+        for i, vehicle in enumerate(vehicles):
+            reason, rate = sent[k - delay][i] if k >= delay else ("none", 0.0)
+            fly_vertically(vehicle.x, rate if reason != "none" else None, vehicle, dt)
+    last = [v.x for v in vehicles]
+    return min(least, float(np.linalg.norm(last[0][:3] - last[1][:3]))), np.array(last)
+
+
+def fly_vertically(x: FloatArray, rate: float | None, vehicle: NaiveVehicle, dt: float) -> None:
+    """Move a state on by a step at a commanded velocity down; None: guidance."""
+    if rate is None:
+        rate = guidance(x[2], vehicle.wanted, vehicle.config)
+    tau = vehicle.config.lag_s
+    left = math.exp(-dt / tau)
+    x[:2] += x[3:5] * dt
+    x[2] += rate * dt + (x[5] - rate) * tau * (1 - left)
+    x[5] = rate + (x[5] - rate) * left

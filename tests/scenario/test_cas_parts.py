@@ -50,7 +50,7 @@ def fly(
     echoes: bool = True,
     waypoints: dict[int, Any] | None = None,
 ) -> Flight:
-    """Fly with 1 ft of noise, 0 to 0.6 s of delay (which reorders) and a fifth of the messages lost."""
+    """Fly with 1 ft of noise, 0 to 0.8 s of delay (which reorders) and a fifth of the messages lost."""
     random, n = np.random.default_rng(seed), len(states)
     x, wanted = [s.copy() for s in states], [float(s[2]) for s in states]
     controls = [VehicleController(config, numbers[i]) for i in range(n)]
@@ -73,7 +73,7 @@ def fly(
                 )  # fmt: skip
                 for one in harm(message, i, random):
                     if random.random() > 0.2:
-                        mail[j].append((t + 0.6 * random.random(), one))
+                        mail[j].append((t + 0.8 * random.random(), one))
         for i in range(n):
             for _, one in [m for m in mail[i] if m[0] <= t]:
                 sender = numbers.index(one.sender) if one.sender in numbers else i

@@ -12,7 +12,7 @@ from tests.naive.cas import NaiveVehicle, head_on
 from wideberth.avoidance.cas import multi_kernels, pair_kernels
 from wideberth.avoidance.cas.config import cas_preset
 from wideberth.avoidance.cas.settings import settings
-from wideberth.simulation import fleet_kernels
+from wideberth.simulation import fleet_decision_kernels
 from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet import Fleet, FleetRun, fly_fleet
 from wideberth.simulation.fleet_config import CommunicationConfig, FleetConfig, FleetVehicleConfig
@@ -190,7 +190,7 @@ def test_levels_are_the_nearest_that_are_apart(heights: list[int]) -> None:
     gap, order = p[pair_kernels.P_SEPARATION], np.argsort(wanted, kind="stable")
     expected = isotonic_regression(wanted[order] - gap * np.arange(n)).x + gap * np.arange(n)
     for rank, i in enumerate(order):
-        level = fleet_kernels.level_of(i, wanted[i], np.zeros(6), p, buffers)
+        level = fleet_decision_kernels.level_of(i, wanted[i], np.zeros(6), p, buffers)
         assert level == pytest.approx(expected[rank], abs=1e-9)
 
 

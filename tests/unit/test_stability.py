@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from wideberth.analysis.stability import (
     LAWS,
     eigenvalues,
+    encounter_stability,
     full_matrix,
     largest_stable_delay,
     tangent_gains,
@@ -172,3 +173,43 @@ def test_no_tangent_inside_the_sphere():
         tangent_gains([1.0, 1.0, 1.0], [1.0, 0.0, 0.0], D)
     with pytest.raises(ValueError, match="shape"):
         tangent_gains([1.0, 1.0], [1.0, 0.0, 0.0], D)
+
+
+@given(
+    st.floats(15, 60), st.floats(0.0, 0.99), st.floats(0.3, 5), st.floats(-math.pi, math.pi), st.floats(0.1, 2.0),
+    st.floats(-3, 3),
+)  # fmt: skip
+def test_any_encounter_on_its_approach_is_the_head_on_one(ahead, share, speed, course, tau, climb):
+    # Turned about the vertical (after 5.38) and whatever the vertical velocity, only the time left counts.
+    along = np.array([math.cos(course), math.sin(course), 0.0])
+    across = np.array([-along[1], along[0], 0.0])
+    height = D * math.sqrt(1.0 - share**2)
+    found = encounter_stability(
+        -ahead * along + share * D * across - [0, 0, height], [*(speed * along[:2]), climb], D, tau
+    )
+    t_star = ahead / speed
+    assert found.vertical_velocity == pytest.approx(0.0, abs=1e-5)
+    assert found.gains.position[2] == pytest.approx(-1.0 / t_star, rel=1e-5)
+    for law in LAWS:
+        assert found.largest_stable_delay[law] == pytest.approx(largest_stable_delay(t_star, tau, law), rel=1e-5)
+        # Multiple zeros are found badly; the characteristic polynomial is not.
+        others = np.concatenate([found.eigenvalues[law], np.zeros(8)])
+        np.testing.assert_allclose(np.poly(full_matrix(found.gains, tau, law)), np.poly(others), atol=1e-5 / tau**2)
+
+
+@given(st.floats(-40, 40), st.floats(-40, 40), st.floats(-40, 40), st.floats(-5, 5), st.floats(0.3, 5))
+def test_the_gains_are_those_of_the_miss_and_the_time_left(x, y, z, vx, vy):
+    p, v = np.array([x, y, z]), np.array([vx, vy, 0.0])
+    v[2] = tangent_velocity(p, v, D)
+    assume(math.isfinite(v[2]))
+    t_star = -float(p @ v) / float(v @ v)
+    miss = p + v * t_star
+    assume(abs(miss[2]) > 0.3 and abs(t_star) > 0.05 and abs(math.hypot(x, y) - D) > 0.1)
+    gains = tangent_gains(p, v, D)
+    np.testing.assert_allclose(gains.position, -miss / (miss[2] * t_star), rtol=1e-4, atol=1e-6)
+    np.testing.assert_allclose(gains.velocity, -miss[:2] / miss[2], rtol=1e-4, atol=1e-6)
+
+
+def test_beyond_the_sphere_no_delay_is_stable():
+    found = encounter_stability([-30.0, 0.0, -D], [-5.0, 0.0, 0.0], D, TAU)
+    assert set(found.largest_stable_delay.values()) == {0.0}

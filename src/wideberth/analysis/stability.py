@@ -42,7 +42,7 @@ def tangent_velocity(relative_position: ArrayLike, relative_velocity: ArrayLike,
     Parameters
     ----------
     relative_position, relative_velocity : array_like, shape (3,)
-        First minus second vehicle, z upwards; any unit of length. The vertical velocity is not used.
+        First minus second vehicle, z down (NED); any unit of length. The vertical velocity is not used.
     separation : float
         d.
 
@@ -66,7 +66,7 @@ def tangent_gains(relative_position: ArrayLike, relative_velocity: ArrayLike, se
     Parameters
     ----------
     relative_position, relative_velocity : array_like, shape (3,)
-        First minus second vehicle, z upwards; any unit of length.
+        First minus second vehicle, z down (NED); any unit of length.
     separation : float
         d.
 
@@ -234,6 +234,62 @@ def eigenvalues(k: float, tau: float, law: str = "full", *, as_printed: bool = F
     }[law]
     root = np.sqrt(complex(inside))
     return np.sort_complex(np.array([middle - root, middle + root, *others]))
+
+
+class EncounterStability(NamedTuple):
+    """The loop linearised about an encounter.
+
+    Attributes
+    ----------
+    vertical_velocity : float
+        That of the first relative to the second with which it passes at the distance: that of the equilibrium, m/s.
+    gains : TangentGains
+    eigenvalues, as_printed : dict of str to ndarray of complex, shape (4,)
+        By law, 1/s; those of x, y and their velocities are eight more zeros. `as_printed` lacks the 1/tau on K.
+    largest_stable_delay : dict of str to float
+        By law, s: 0 where the loop is unstable without delay, infinite where no delay makes it so.
+    """
+
+    vertical_velocity: float
+    gains: TangentGains
+    eigenvalues: dict[str, NDArray[np.complex128]]
+    as_printed: dict[str, NDArray[np.complex128]]
+    largest_stable_delay: dict[str, float]
+
+
+def encounter_stability(
+    relative_position: ArrayLike, relative_velocity: ArrayLike, separation: float, tau: float
+) -> EncounterStability:
+    """Return the loop linearised about the encounter in which the first vehicle passes above at the distance.
+
+    Parameters
+    ----------
+    relative_position, relative_velocity : array_like, shape (3,)
+        First minus second vehicle, z down (NED), m and m/s. The vertical velocity is not used: the equilibrium's is.
+    separation : float
+        d, m.
+    tau : float
+        Lag of the vertical velocity, s.
+
+    Returns
+    -------
+    EncounterStability
+
+    Raises
+    ------
+    ValueError
+        If a value is not finite, `separation` or `tau` not positive, a shape wrong, or no vertical velocity is tangent.
+    """
+    gains = tangent_gains(relative_position, relative_velocity, separation)
+    k = float(gains.position[2])
+    return EncounterStability(
+        tangent_velocity(relative_position, relative_velocity, separation),
+        gains,
+        {law: eigenvalues(k, tau, law) for law in LAWS},
+        {law: eigenvalues(k, tau, law, as_printed=True) for law in LAWS},
+        # The loop knows the time to the closest point by K alone.
+        {law: float(largest_stable_delay(-1.0 / k, tau, law)) if k < 0.0 else 0.0 for law in LAWS},
+    )
 
 
 def largest_stable_delay(

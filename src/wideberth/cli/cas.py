@@ -11,6 +11,8 @@ from wideberth.errors import InputError
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from wideberth.simulation.fleet_config import FleetConfig
+
 
 def cas(
     scenario: Annotated[Path, typer.Argument(help="TOML file of a fleet, such as scenarios/cas_figure_4_21.toml.")],
@@ -25,13 +27,29 @@ def cas(
 
     docs/cas.md explains the controllers and the keys of the file.
     """
-    if out is not None and out.exists() and not out.is_dir():
-        raise InputError(f"--out {out} is a file: give a folder")
-    from wideberth.evaluation.cas_report import summary_of, write_cas_report
-    from wideberth.simulation.fleet import fly_fleet
     from wideberth.simulation.fleet_config import load_fleet
 
-    config = load_fleet(scenario)
+    fly_and_show(load_fleet(scenario), out, processes=processes, speed_up=speed_up, as_json=as_json)
+
+
+def fly_and_show(
+    config: "FleetConfig",
+    out: Path | None,
+    *,
+    processes: bool = False,
+    speed_up: float = 1.0,
+    as_json: bool = False,
+    report: bool = True,
+) -> None:
+    """Fly a fleet, print what came of it, and write its report, or only cas.json without `report`.
+
+    The other parameters are those of `cas`.
+    """
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError(f"--out {out} is a file: give a folder")
+    from wideberth.evaluation.cas_report import summary_of, write_cas_report, write_cas_summary
+    from wideberth.simulation.fleet import fly_fleet
+
     if processes:
         from wideberth.live.fleet_processes import fly_as_processes
 
@@ -39,7 +57,9 @@ def cas(
     else:
         run, counts = fly_fleet(config), {}
     summary = summary_of(config, run) | ({"processes": counts} if processes else {})
-    page = None if out is None else write_cas_report(out, config, run, summary)
+    page = None
+    if out is not None:
+        page = write_cas_report(out, config, run, summary) if report else write_cas_summary(out, summary)
     if as_json:
         typer.echo(json.dumps(summary, indent=2, allow_nan=False))
         return
@@ -52,7 +72,7 @@ def cas(
         text = ", ".join(f"{name} {count}" for name, count in counts.items())
         console.print(f"processes: {text}", highlight=False, markup=False, soft_wrap=True)
     if page is not None:
-        console.print(f"report: {page}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"{'report' if report else 'summary'}: {page}", highlight=False, markup=False, soft_wrap=True)
 
 
 def _table(summary: dict[str, Any]) -> "Table":

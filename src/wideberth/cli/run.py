@@ -11,7 +11,9 @@ from wideberth.errors import InputError
 
 def run(
     out: Annotated[Path, typer.Option(help="Folder for summary.json, recording.mcap, report.html and pictures.")],
-    scenario: Annotated[Path | None, typer.Argument(help="Scenario file (TOML).")] = None,
+    scenario: Annotated[
+        Path | None, typer.Argument(help="Scenario file (TOML), also of a fleet: scenarios/cas_*.toml.")
+    ] = None,
     encounter: Annotated[
         str | None,
         typer.Option(
@@ -47,7 +49,10 @@ def run(
     ] = None,
     report: Annotated[bool, typer.Option("--report/--no-report", help="Write the report and the pictures.")] = True,
 ) -> None:
-    """Fly a scenario and report: conflicts seen, maneuvers flown, separations kept."""
+    """Fly a scenario and report: conflicts seen, maneuvers flown, separations kept.
+
+    A fleet of helicopters that avoid each other is flown as by `wideberth cas`, with cas.json for a summary.
+    """
     import numba
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
@@ -55,6 +60,7 @@ def run(
     from wideberth import kernel_modules
     from wideberth.config import apply_override, build_scenario, read_toml
     from wideberth.run import run_scenario
+    from wideberth.simulation.fleet_config import build_fleet, is_fleet, without_avoidance
     from wideberth.simulation.mission import read_mission_file
     from wideberth.types import Snapshot
 
@@ -68,6 +74,9 @@ def run(
             raise InputError("--encounter brings its own traffic and mission")
         tables, source, folder = _encounter(str(encounter), seed, set_ or ()), str(encounter), Path()
         seed, set_ = None, None
+    fleet = is_fleet(tables)
+    if fleet and (traffic is not None or mission is not None or traffic_format != "auto"):
+        raise InputError(f"{source}: the vehicles of a fleet are all the traffic there is, and have no mission")
     if traffic is not None:
         tables["traffic"] = _recorded(tables.get("traffic"), traffic, traffic_format)
     elif traffic_format != "auto":
@@ -80,10 +89,17 @@ def run(
         tables.pop("origin", None)
     if seed is not None:
         tables["seed"] = seed
-    if no_avoidance:
+    if no_avoidance and fleet:
+        without_avoidance(tables)
+    elif no_avoidance:
         tables["avoid"] = False
     for override in set_ or ():
         apply_override(tables, override)
+    if fleet:
+        from wideberth.cli.cas import fly_and_show
+
+        fly_and_show(build_fleet(tables, source), out, report=report)
+        return
     checked = build_scenario(tables, source=source, folder=folder)
     with Progress(
         TextColumn("{task.description}"),

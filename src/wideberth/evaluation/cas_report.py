@@ -27,6 +27,7 @@ def summary_of(config: FleetConfig, run: FleetRun) -> dict[str, Any]:
     kept = least >= separation - _TOUCHES
     return {
         "name": config.name,
+        "architecture": config.architecture,
         "least_separation_m": least,
         "least_separation_ft": least / FOOT,
         "separation_wanted_m": separation,
@@ -120,15 +121,13 @@ def separation_figure(run: FleetRun, separation: float) -> Figure:
         axes.set_title("Distance of the nearest pair")
         axes.set_ylabel("m")
         bars.set_axisbelow(True)
-        for event in run.events:
-            bars.barh(
-                event.vehicle,
-                event.end - event.start,
-                left=event.start,
-                height=0.6,
-                color=traffic_colour(event.vehicle),
-            )
         count = run.states.shape[1]
+        for k in range(count):
+            # From the log, which has no end of room for avoidances as the list of them has.
+            bars.fill_between(
+                run.time, k - 0.3, k + 0.3, where=run.avoiding[:, k].tolist(), step="post", linewidth=0,
+                color=traffic_colour(k),
+            )  # fmt: skip
         bars.set_ylim(count - 0.5, -0.5)
         bars.set_yticks(range(count) if count <= 10 else [])
         bars.set_title("Avoiding")
@@ -211,5 +210,18 @@ def write_cas_report(out: Path, config: FleetConfig, run: FleetRun, summary: dic
         body + notes_footer([f"wideberth {__version__}"]),
     )
     pictures: dict[str, str | bytes] = {f"{name}.png": png(figure) for name, figure in figures.items()}
-    write_files(out, {**pictures, "report.html": page, "cas.json": json.dumps(summary, indent=2, allow_nan=False)})
+    write_files(out, {**pictures, "report.html": page})
+    write_cas_summary(out, summary)
     return out / "report.html"
+
+
+def write_cas_summary(out: Path, summary: dict[str, Any]) -> Path:
+    """Write cas.json into a folder, and return it.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    write_files(out, {"cas.json": json.dumps(summary, indent=2, allow_nan=False)})
+    return out / "cas.json"

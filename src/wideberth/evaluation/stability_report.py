@@ -24,6 +24,7 @@ FloatArray = NDArray[np.float64]
 
 # Feet and seconds, as in the source: two vehicles that approach at 1 ft/s, a sphere of 12 ft.
 SEPARATION_FT = 12.0
+_BESIDE = 1e-3  # of it: side by side but for rounding, which may leave no tangent
 ORDERS: tuple[int | None, ...] = (1, 2, 4, None)
 LAW_WORDS = {
     "full": "both make all of the change",
@@ -55,13 +56,16 @@ def gain_figure() -> Figure:
         figure = new_figure(9.6, 3.8)
         axes = figure.add_subplot()
         x = np.linspace(30.0, -30.0, 1201)
-        for k, (share, words) in enumerate(((1.0, "one above the other"), (0.5, "half beside"), (0.0, "side by side"))):
-            z = 0.0 - share * SEPARATION_FT
+        for k, (share, words) in enumerate(
+            ((1.0, "one above the other"), (0.5, "half beside"), (_BESIDE, "side by side"))
+        ):
+            z = -share * SEPARATION_FT
             y = math.sqrt(SEPARATION_FT**2 - z * z)
             gains = np.array([_gain(place, y, z) for place in x])
             axes.plot(
-                x, gains, color=traffic_colour(k), linestyle=("-", "--", ":")[k], label=f"$z_r$ = {z:g} ft: {words}"
-            )
+                x, gains, color=traffic_colour(k), linestyle=("-", "--", ":")[k], linewidth=(3.6, 2.2, 1.4)[k],
+                label=f"$z_r$ = {round(z):g} ft: {words}",
+            )  # fmt: skip
         axes.axhline(0.0, color=INK, linewidth=0.8)
         axes.invert_xaxis()
         axes.set_ylim(-2.0, 1.0)
@@ -82,14 +86,14 @@ def locus_figure(tau: float) -> Figure:
     """Return where the eigenvalues go as K falls from 0.5 to -10 1/s, for each law."""
     with rc_context(RC):
         figure = new_figure(9.6, 3.6)
-        panels = figure.subplots(1, 3, sharex=True, sharey=True)
+        panels = figure.subplots(1, 4, sharex=True, sharey=True)
         gains = np.linspace(0.5, -10.0, 400)
-        for axes, law in zip(panels, ("full", "shared_corrected", "non_cooperative"), strict=True):
+        for axes, law in zip(panels, LAWS, strict=True):
             values = np.array([eigenvalues(k, tau, law) for k in gains])
             shades = np.repeat(gains, values.shape[1])
             drawn = axes.scatter(values.real.ravel(), values.imag.ravel(), c=shades, s=5, cmap="viridis_r")
             axes.axvline(0.0, color=LIMIT, linewidth=1.0)
-            axes.set_title(LAW_WORDS[law])
+            axes.set_title(LAW_WORDS[law], fontsize="small")
             axes.set_xlabel("real part, 1/s")
         panels[0].set_ylabel("imaginary part, 1/s")
         figure.colorbar(drawn, ax=panels, label="K, 1/s")
@@ -97,27 +101,36 @@ def locus_figure(tau: float) -> Figure:
 
 
 def delay_figure(tau: float) -> Figure:
-    """Return figure 5.10 against the time to the closest point, with the exact limit beside the approximations."""
+    """Return figure 5.10, against the distance ahead; against the time left, with approximations; and by law."""
     with rc_context(RC):
-        figure = new_figure(9.6, 3.8)
-        left, right = figure.subplots(1, 2)
+        figure = new_figure(12.0, 3.8)
+        places, middle, right = figure.subplots(1, 3)
+        x = np.linspace(0.1, 30.0, 200)
+        for k, speed in enumerate((1.0, 2.0, 5.0)):
+            delay = np.asarray(largest_stable_delay(x / speed, tau))
+            places.plot(x, delay, color=traffic_colour(k), label=f"{speed:g} ft/s")
+            places.plot(x, 2.0 * x / speed, color=traffic_colour(k), linestyle=":")
+        places.set_title("figure 5.10 (dotted: printed)")
+        places.set_ylim(0.0, 20.0)
+        places.set_xlabel("distance ahead $x_r$, ft")
         t_star = np.linspace(0.05, 20.0, 200)
         for k, order in enumerate(ORDERS):
             words = "exact" if order is None else f"Padé of order {order}" + (" (2 t*, printed)" if order == 1 else "")
             delay = np.asarray(largest_stable_delay(t_star, tau, "full", order))
             colour = OWNSHIP if order is None else traffic_colour(k)
-            left.plot(t_star, delay, color=colour, linewidth=2.4 if order is None else 1.4, label=words)
-        left.set_title("both make all of the change")
-        left.set_ylim(0.0, 15.0)
+            middle.plot(t_star, delay, color=colour, linewidth=2.4 if order is None else 1.4, label=words)
+        middle.set_title("both make all of the change")
+        middle.set_ylim(0.0, 15.0)
         for k, law in enumerate(LAWS[:3]):
             right.plot(t_star, np.asarray(largest_stable_delay(t_star, tau, law)), color=traffic_colour(k),
                        label=LAW_WORDS[law])  # fmt: skip
         right.set_title("exact, by law")
-        for axes in (left, right):
+        for axes in (middle, right):
             axes.set_xlabel("time to the closest point t*, s")
-            axes.set_ylabel("largest stable delay, s")
-        left.legend(loc="center right")
-        right.legend(loc="lower right")
+        places.set_ylabel("largest stable delay, s")
+        places.legend(loc="upper right", fontsize="small", title="relative speed", framealpha=0.9)
+        middle.legend(loc="center right", fontsize="small")
+        right.legend(loc="lower right", fontsize="small")
     return figure
 
 
@@ -133,7 +146,7 @@ def saturation_rows(tau: float) -> list[list[str]]:
     rows = []
     for share in DELAY_SHARES:
         given = (CYCLES_T_STAR, tau, share * limit, LIMIT_FT_PER_S)
-        flown = measured(*saturation_flight(*given, duration=120.0), 0.01 * LIMIT_FT_PER_S)
+        flown = measured(*saturation_flight(*given, duration=500.0), 0.05 * LIMIT_FT_PER_S)
         rows.append([f"{share:.0%}", number(share * limit, digits=2), *_cycle(saturation_limit_cycle(*given), flown)])
     return rows
 
@@ -145,7 +158,9 @@ def switching_rows(tau: float) -> list[list[str]]:
         given = (CYCLES_T_STAR, tau, LIMIT_FT_PER_S, width, delay)
         exact = exact_switching_limit_cycle(*given)
         flown = measured(*switching_flight(*given))
-        rows.append([number(width), number(delay), *_cycle(switching_limit_cycle(*given), exact, flown)])
+        rows.append(
+            [number(width, digits=1), number(delay, digits=1), *_cycle(switching_limit_cycle(*given), exact, flown)]
+        )
     return rows
 
 
@@ -210,8 +225,8 @@ def write_stability_report(out: Path, tau: float) -> Path:
             LAW_WORDS[law],
             f"{critical_gain(tau, law):.4g}",
             f"{critical_gain(tau, law, as_printed=True):.4g}" if law != "shared_corrected" else "–",
-            _roots(eigenvalues(critical_gain(tau, law), tau, law)),
-            _roots(eigenvalues(4.0 * critical_gain(tau, law), tau, law)),
+            roots_in_words(eigenvalues(critical_gain(tau, law), tau, law)),
+            roots_in_words(eigenvalues(4.0 * critical_gain(tau, law), tau, law)),
         ]
         for law in LAWS
     ]
@@ -226,7 +241,8 @@ def write_stability_report(out: Path, tau: float) -> Path:
     ]
     body = section(
         "Gain along a pass (figure 5.6)",
-        "Negative: stable. Passing one above the other it is minus one over the time to the closest point.",
+        "Negative: stable. On the approach it is minus one over the time to the closest point, whichever way they pass"
+        " (the three lines are one).",
         svg(figures["gain"], "Gain K against the distance ahead"),
     )
     body += section(
@@ -271,9 +287,9 @@ def write_stability_report(out: Path, tau: float) -> Path:
     return out / "report.html"
 
 
-def _roots(values: NDArray[np.complex128]) -> str:
-    """Return the two eigenvalues of the avoidance in words; the others are 0 or that of the other's lag."""
-    pair = values[np.argsort(values.real)][:2] if values[0].imag == 0.0 else values[np.abs(values.imag) > 0.0]
-    if abs(pair[0].imag) > 0.0:
-        return f"{pair[0].real:.3g} ± {abs(pair[0].imag):.3g}i".replace("-", "−")
-    return ", ".join(f"{value.real:.3g}" for value in pair).replace("-", "−")
+def roots_in_words(values: NDArray[np.complex128]) -> str:
+    """Return eigenvalues as text, a pair of complex ones as one."""
+    values = np.round(values, 6)  # where two meet on the real axis, rounding parts them
+    real = [f"{value.real:.3g}" for value in values if value.imag == 0.0]
+    pairs = [f"{value.real:.3g} ± {value.imag:.3g}i" for value in values if value.imag > 0.0]
+    return ", ".join([*pairs, *real]).replace("-", "−")

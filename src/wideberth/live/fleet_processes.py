@@ -47,11 +47,13 @@ def fly_as_processes(
     Raises
     ------
     InputError
-        If there are too many vehicles, or a process has ended before its flight.
+        If there are too many vehicles, the fleet is centralised, or a process has ended before its flight.
     """
     n = len(config.vehicles)
     if n > MOST_PROCESSES:
         raise InputError(f"{n} vehicles: processes are for 2 to {MOST_PROCESSES}; fly without --processes")
+    if config.architecture == "centralised":
+        raise InputError("a centralised fleet does not fly as processes: each of them decides for itself")
     if not speed_up > 0:
         raise InputError(f"speed-up {speed_up:g}: give a positive number")
     context = multiprocessing.get_context("spawn")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.avoidance.cas.settings import REASONS, settings
-from wideberth.simulation import fleet_kernels
+from wideberth.simulation import fleet_hub_kernels, fleet_kernels
 from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet_config import CommunicationConfig, FleetConfig
 from wideberth.types import FloatArray
@@ -57,8 +57,8 @@ class FleetRun:
     aside, late : ndarray, shape (n,)
         Farthest to the side of the straight track, and behind the place on it at that time, m.
     counters : dict of str to ndarray of int64, shape (n,)
-        By the names of `COUNTERS`: messages by receiver, decisions without a fresh message, switches of avoidance on
-        and off, and reversals within one.
+        By the names of `COUNTERS`: messages by receiver (those to a hub that decides by sender), decisions without a
+        fresh message, switches of avoidance on and off, and reversals within one.
     events : tuple of AvoidanceEvent
     events_unrecorded : int
         Avoidances that found no room.
@@ -111,7 +111,9 @@ class Fleet:
         self._log_every = 0 if log_period is None else max(round(log_period / config.step_s), 1)
         logged = 0 if self._log_every == 0 else -(-self._steps // self._log_every)
         self._p, self._q, self._run = controller_settings(config), vehicle_parameters(config), run_settings(config)
-        self._buffers = kernels.make_buffers(n, ring_length(config))
+        central, ring = config.architecture == "centralised", ring_length(config)
+        self._buffers = kernels.make_buffers(n, ring, n + 1 if central else None)
+        self._hub = fleet_hub_kernels.make_hub(n, 2 * ring if central else 1)
         self._results = kernels.make_results(n, _EVENTS_PER_VEHICLE * n, logged)
         self._ints = np.zeros((3, n), np.int64)
         self._floats, self._scratch = np.zeros(n), np.zeros(4)
@@ -161,6 +163,7 @@ class Fleet:
                 self._ints[2],
                 self._scratch,
                 self._buffers,
+                self._hub,
                 self._results,
             )
         )
@@ -266,5 +269,6 @@ def run_settings(config: FleetConfig) -> FloatArray:
     r[kernels.R_OUTAGE_VEHICLE] = -1 if radio.outage_vehicle is None else radio.outage_vehicle
     r[kernels.R_HUB] = radio.hub
     r[kernels.R_BEFORE] = _BEFORE[radio.before_start]
+    r[kernels.R_CENTRAL] = config.architecture == "centralised"
     r[kernels.R_SPEED_LIMIT], r[kernels.R_JUMP_LIMIT] = radio.speed_limit_mps, radio.jump_limit_m
     return r

@@ -1,5 +1,6 @@
 """The files of fleets that avoid each other: `scenarios/cas_*.toml`."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal, Self
 
@@ -24,7 +25,8 @@ class CommunicationConfig(PartConfig):
     position_sigma_m : float
         Standard deviation per axis of the positions that vehicles measure of themselves and send.
     hub : bool
-        Messages go by a hub: delay and loss count on both ways, a loss on the way up concerns all.
+        Messages go by a hub that only passes them on (figure 3.2): delay and loss count on both ways, a loss on the way
+        up concerns all.
     outage_start_s, outage_duration_s : float
         While nothing is received.
     outage_vehicle : int or None
@@ -84,6 +86,11 @@ class FleetConfig(PartConfig):
     name, description : str
     duration_s, step_s : float
         Of the run and of the motion.
+    architecture : str
+        Who decides (3.1): each vehicle on the messages of the others (``distributed``), or a hub for all
+        (``centralised``). The hub gathers the vehicles' messages and sends commands; delay, jitter and loss count on
+        both ways, and an outage of everybody's messages is one of the hub. A vehicle without a fresh command follows
+        its own guidance.
     decision_period_s : float or None
         Between decisions; None: at each step.
     seed : int
@@ -99,6 +106,7 @@ class FleetConfig(PartConfig):
     description: str = ""
     duration_s: float = Field(default=60.0, gt=0, le=7200)
     step_s: float = Field(default=0.02, gt=0, le=0.5)
+    architecture: Literal["distributed", "centralised"] = "distributed"
     decision_period_s: float | None = Field(default=None, gt=0, le=5)
     seed: int = Field(default=1, ge=0, lt=2**63)
     vehicles: tuple[FleetVehicleConfig, ...] = Field(min_length=2, max_length=100)
@@ -122,6 +130,8 @@ class FleetConfig(PartConfig):
         lost = self.communication.outage_vehicle
         if lost is not None and lost >= len(self.vehicles):
             raise ValueError(f"outage_vehicle {lost}: there are {len(self.vehicles)} vehicles, numbered from 0")
+        if self.architecture == "centralised" and self.communication.hub:
+            raise ValueError("communication.hub: a centralised fleet has a hub already; leave it out")
         return self
 
 
@@ -142,6 +152,29 @@ def with_preset(table: Any) -> Any:
     return {**table, "controller": {**PRESETS[preset], **controller}}
 
 
+def is_fleet(tables: Mapping[str, Any]) -> bool:
+    """Return whether a scenario's tables are those of a fleet."""
+    return "vehicles" in tables
+
+
+def build_fleet(tables: dict[str, Any], source: str) -> FleetConfig:
+    """Return the fleet of a scenario's tables; `source` names them in errors.
+
+    Raises
+    ------
+    InputError
+        If something in them is wrong, with all that is.
+    """
+    from wideberth.config import check_table
+    from wideberth.config_errors import wrong_things
+
+    wrong: list[str] = []
+    config = check_table(FleetConfig, tables, "", wrong)
+    if config is None:
+        raise wrong_things(source, wrong)
+    return config
+
+
 def load_fleet(path: Path) -> FleetConfig:
     """Read a fleet from a TOML file.
 
@@ -150,11 +183,16 @@ def load_fleet(path: Path) -> FleetConfig:
     InputError
         If the file cannot be read or something in it is wrong, with all that is.
     """
-    from wideberth.config import check_table, read_toml
-    from wideberth.config_errors import wrong_things
+    from wideberth.config import read_toml
 
-    wrong: list[str] = []
-    config = check_table(FleetConfig, read_toml(path), "", wrong)
-    if config is None:
-        raise wrong_things(str(path), wrong)
-    return config
+    return build_fleet(read_toml(path), str(path))
+
+
+def without_avoidance(tables: dict[str, Any]) -> None:
+    """Disable the controller of every vehicle of a fleet's tables, in place."""
+    vehicles = tables.get("vehicles")
+    for table in (tables, *(vehicles if isinstance(vehicles, list) else ())):
+        if isinstance(table, dict) and (table is tables or "controller" in table):
+            controller = table.setdefault("controller", {})
+            if isinstance(controller, dict):
+                controller["disable"] = True

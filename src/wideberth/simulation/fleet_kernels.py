@@ -1,4 +1,4 @@
-"""Compiled fleet of helicopters that avoid each other by messages (CAS thesis, 4.2.3, 4.3): decisions and motion.
+"""Compiled fleet of helicopters that avoid each other by messages (CAS thesis, 4.3): its flight step by step.
 
 m, m/s, s, NED.
 """
@@ -9,103 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
-from wideberth.avoidance.cas import maneuver_kernels as maneuver
-from wideberth.avoidance.cas import multi_kernels as multi
 from wideberth.avoidance.cas import pair_kernels as pair
+from wideberth.simulation import fleet_decision_kernels as decision
+from wideberth.simulation import fleet_hub_kernels as hub_kernels
 from wideberth.simulation import fleet_message_kernels as messages
+from wideberth.simulation.fleet_hub_kernels import Hub, make_hub
 from wideberth.simulation.fleet_message_kernels import Buffers, Results, make_buffers, make_results
 from wideberth.vehicles import rotorcraft_kernels as rotorcraft
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-
-
-@jit_uncounted
-def level_of(i: int, wanted: float, own: FloatArray, p: FloatArray, b: Buffers) -> float:
-    """Return the position down assigned to vehicle `i`: all known vehicles in order of the altitude wanted, spread.
-
-    Those that want nearly the same altitude are moved apart around their mean to the protected distance (pooling of
-    neighbours), so that everybody who knows the same finds the same levels.
-    """
-    n, count = b.use.shape[0], 0
-    gap = p[pair.P_SEPARATION]
-    b.views[i, multi.V_WANTED] = wanted
-    for j in range(n):
-        if j != i and b.use[j] == 0.0:
-            continue
-        at = count
-        while at > 0 and b.views[b.order[at - 1], multi.V_WANTED] > b.views[j, multi.V_WANTED]:
-            b.order[at] = b.order[at - 1]
-            at -= 1
-        b.order[at] = j
-        count += 1
-    # Levels rise by `gap` at least: monotone regression of wanted - gap * rank.
-    blocks = 0
-    for rank in range(count):
-        total, size = b.views[b.order[rank], multi.V_WANTED] - gap * rank, 1.0
-        while blocks > 0 and b.bounds[blocks - 1, 0] / b.bounds[blocks - 1, 1] > total / size:
-            blocks -= 1
-            total, size = total + b.bounds[blocks, 0], size + b.bounds[blocks, 1]
-        b.bounds[blocks, 0], b.bounds[blocks, 1] = total, size
-        blocks += 1
-    rank = 0
-    for k in range(blocks):
-        for _ in range(int(b.bounds[k, 1])):
-            if b.order[rank] == i:
-                level = b.bounds[k, 0] / b.bounds[k, 1] + gap * rank
-                return float(min(level, max(p[pair.P_LOWEST], own[2])))
-            rank += 1
-    return wanted
-
-
-@jit_uncounted
-def decide(
-    i: int, start: FloatArray, wanted: float, p: FloatArray, reason: int, command: float, target: int, b: Buffers
-) -> tuple[int, float, int]:
-    """Return reason, velocity down and the vehicle avoided, of vehicle `i`, and write its horizontal command.
-
-    `start` (6) is its state at the start, `p` are its settings.
-    """
-    own = b.known[i]
-    guidance = pair.guidance_rate(own[2], wanted, p)
-    controller = p[pair.P_CONTROLLER]
-    if controller == pair.MANEUVERS and p[pair.P_DISABLE] == 0.0:
-        b.held[0], b.held[1], b.held[2] = b.level[i, 0], b.level[i, 1], command
-        maneuver.preferred_velocity(own, start, wanted, p, b.preferred)
-        reason, target = maneuver.choose_velocity(
-            own, i, wanted, reason != pair.NO_REASON, b.preferred, b.held, b.views, b.use, p, b.bounds, b.best
-        )
-        b.level[i, 0], b.level[i, 1] = b.best[0], b.best[1]
-        return reason, b.best[2], target
-    if controller == pair.NONE or p[pair.P_DISABLE] > 0.0:
-        return pair.NO_REASON, guidance, -1
-    if controller == pair.INTERVAL:
-        return multi.interval_rate(own, i, wanted, guidance, reason != pair.NO_REASON, b.views, b.use, p, b.bounds)
-    avoiding = reason != pair.NO_REASON
-    j = target
-    if controller != pair.BANG_BANG or not avoiding or b.use[target] == 0.0:
-        j = multi.most_critical(own, b.views, b.use, p)
-    if j < 0:
-        return pair.NO_REASON, guidance, -1
-    px, py, pz = own[0] - b.views[j, 0], own[1] - b.views[j, 1], own[2] - b.views[j, 2]
-    vx, vy, other_w = own[3] - b.views[j, 3], own[4] - b.views[j, 4], b.views[j, 5]
-    if controller == pair.ALTITUDES:
-        t, d = pair.closest_point(px, py, pz, vx, vy, guidance - other_w)
-        if d > p[pair.P_SEPARATION] or not t < p[pair.P_T_STAR_MIN]:
-            t, d = pair.closest_point(px, py, pz, vx, vy, own[5] - other_w)
-            if d > p[pair.P_SEPARATION] or not t < p[pair.P_T_STAR_MIN]:
-                return pair.NO_REASON, guidance, -1
-        level = level_of(i, wanted, own, p, b)
-        return pair.CURRENT, pair.limited(p[pair.P_GAIN] * (level - own[2]), p[pair.P_UP], p[pair.P_DOWN]), j
-    if controller == pair.BANG_BANG:
-        reason, command, _, _ = pair.bang_bang(
-            own[2], own[5], other_w, px, py, pz, vx, vy, guidance, avoiding, command, i < j, p
-        )
-    else:
-        reason, command, _, _ = pair.continuous(
-            own[2], own[5], other_w, px, py, pz, vx, vy, guidance, avoiding, i < j, p
-        )
-    return reason, command, j
 
 
 @jit_uncounted
@@ -188,7 +101,26 @@ def avoid(
     """Let vehicle `i` decide on what it has received, keep count, and return how many avoidances there were."""
     messages.see(i, t, start, wanted, r, p, b, results)
     before, rate = reasons[i], commands[i]
-    reasons[i], commands[i], targets[i] = decide(i, start[i], wanted[i], p[i], before, rate, targets[i], b)
+    reasons[i], commands[i], targets[i] = decision.decide(
+        i, b.known[i], start[i], wanted[i], p[i], before, rate, targets[i], b.level[i], b
+    )
+    return settle(i, t, before, rate, reasons, targets, commands, open_events, events, results)
+
+
+@jit_uncounted
+def settle(
+    i: int,
+    t: float,
+    before: int,
+    rate: float,
+    reasons: IntArray,
+    targets: IntArray,
+    commands: FloatArray,
+    open_events: IntArray,
+    events: int,
+    results: Results,
+) -> int:
+    """Count what vehicle `i` now does otherwise than `before`, at `rate`, and return how many avoidances there were."""
     if (before != pair.NO_REASON) != (reasons[i] != pair.NO_REASON):
         results.counters[i, messages.SWITCHES] += 1
     if rate * commands[i] < 0.0 and before != pair.NO_REASON and reasons[i] != pair.NO_REASON:
@@ -223,6 +155,7 @@ def fly(
     open_events: IntArray,
     scratch: FloatArray,
     b: Buffers,
+    hub: Hub,
     results: Results,
 ) -> int:
     """Fly a fleet, and return how many avoidances there were.
@@ -242,11 +175,16 @@ def fly(
     commands : ndarray, shape (n,)
     scratch : ndarray, shape (4,)
     b : Buffers
+        For n vehicles, or with a hub that decides for n + 1 participants.
+    hub : Hub
     results : Results
     """
     n = x.shape[0]
     messages.reset(b, results)
     dt, events, logged = r[messages.R_DT], 0, 0
+    central = r[messages.R_CENTRAL] > 0.0
+    if central:
+        hub_kernels.reset(start, hub)
     decide_every, send_every = int(r[messages.R_DECIDE_EVERY]), int(r[messages.R_SEND_EVERY])
     for i in range(n):
         reasons[i], targets[i], commands[i], open_events[i] = pair.NO_REASON, -1, 0.0, -1
@@ -259,7 +197,15 @@ def fly(
         if k % send_every == 0:
             messages.send(k, t, seed, encounter, r, b, results, scratch)
         messages.receive(k, r, p, b, results)
-        if k % decide_every == 0:
+        if central:
+            if k % decide_every == 0:
+                hub_kernels.decide_for_all(k, t, start, wanted, p, r, seed, encounter, scratch, b, hub, results)
+                messages.receive(k, r, p, b, results)  # a command that takes no time
+            for i in range(n):
+                before, rate = reasons[i], commands[i]
+                hub_kernels.obey(i, k, start[i], wanted[i], p[i], r, reasons, targets, commands, b, hub, results)
+                events = settle(i, t, before, rate, reasons, targets, commands, open_events, events, results)
+        elif k % decide_every == 0:
             for i in range(n):
                 events = avoid(i, t, start, wanted, p, r, reasons, targets, commands, open_events, events, b, results)
         if log_every > 0 and k % log_every == 0 and logged < results.log.shape[0]:
@@ -300,5 +246,6 @@ def warmup() -> None:
     messages.receive(0, r, p, make_buffers(n, 4), make_results(n, 4, 2))
     fly(
         x, x.copy(), floats, p, q, r, 1, 1, 2, 1,
-        ints, ints.copy(), ints.astype(float), ints.copy(), np.zeros(4), make_buffers(n, 4), make_results(n, 4, 2),
+        ints, ints.copy(), ints.astype(float), ints.copy(), np.zeros(4), make_buffers(n, 4, n + 1),
+        make_hub(n, 4), make_results(n, 4, 2),
     )  # fmt: skip

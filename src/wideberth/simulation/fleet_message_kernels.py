@@ -35,7 +35,8 @@ R_HUB = 12  # 1: each message goes by a hub, with delay and loss on both ways
 R_BEFORE = 13  # what was received of the time before the start
 R_SPEED_LIMIT = 14  # m/s: faster is absurd
 R_JUMP_LIMIT = 15  # m: farther from where it was expected is absurd
-N_RUN = 16
+R_CENTRAL = 16  # 1: a hub decides for all
+N_RUN = 17
 
 SILENT, HELD, STRAIGHT = 0, 1, 2
 
@@ -57,18 +58,20 @@ N_LOG = 8
 
 
 class Buffers(NamedTuple):
-    """What a run works in, made for n vehicles and a ring of m steps.
+    """What a run works in, made for n vehicles, a ring of m steps and q participants in the exchange of messages.
+
+    The vehicles are the participants 0 to n - 1. A hub that decides for all is number n.
 
     Attributes
     ----------
     sent : ndarray, shape (m, n, 8)
         Messages by step: position, velocity, altitude wanted (down), time.
-    newest : ndarray of int64, shape (m, n, n)
+    newest : ndarray of int64, shape (m, q, q)
         Step of the newest message of a sender (third) that arrives at a receiver (second) at a step; -1.
-    last : ndarray of int64, shape (n, n)
+    last : ndarray of int64, shape (q, q)
         Step of the newest message accepted; -1.
-    rejected : ndarray of int64, shape (n, n)
-    received : ndarray, shape (n, n, 8)
+    rejected : ndarray of int64, shape (q, q)
+    received : ndarray, shape (q, n, 8)
         The messages accepted, smoothed.
     known : ndarray, shape (n, 7)
         What each vehicle knows of itself: position, velocity, time.
@@ -134,14 +137,16 @@ def reset(b: Buffers, results: Results) -> None:
         for i in range(b.newest.shape[1]):
             for j in range(b.newest.shape[2]):
                 b.newest[k, i, j] = -1
-    n = b.last.shape[0]
+    n = b.use.shape[0]
+    for i in range(b.last.shape[0]):
+        for j in range(b.last.shape[0]):
+            b.last[i, j] = -1
+            b.rejected[i, j] = 0
     for i in range(n):
         results.drift[i, 0] = results.drift[i, 1] = results.aside[i] = results.late[i] = 0.0
         for c in range(N_COUNTERS):
             results.counters[i, c] = 0
         for j in range(n):
-            b.last[i, j] = -1
-            b.rejected[i, j] = 0
             results.separation[i, j] = math.inf
             results.separation_time[i, j] = 0.0
 
@@ -153,15 +158,21 @@ def one_way(delay: float, jitter: float, uniform: float) -> float:
 
 
 @jit_uncounted
+def count(i: int, j: int, column: int, results: Results) -> None:
+    """Count a message from `j` to `i` by its receiver, one to the hub by its sender."""
+    results.counters[i if i < results.counters.shape[0] else j, column] += 1
+
+
+@jit_uncounted
 def put(b: Buffers, results: Results, step: int, late: int, receiver: int, sender: int) -> None:
     """Let a message of `step` arrive `late` steps later; of two that arrive together the older is out of order."""
     ring = b.newest.shape[0]
     slot = (step + min(late, ring - 1)) % ring
     held = b.newest[slot, receiver, sender]
     if held == step:
-        results.counters[receiver, DUPLICATES] += 1
+        count(receiver, sender, DUPLICATES, results)
     elif held >= 0:
-        results.counters[receiver, OUT_OF_ORDER] += 1
+        count(receiver, sender, OUT_OF_ORDER, results)
     b.newest[slot, receiver, sender] = max(held, step)
 
 
@@ -169,9 +180,15 @@ def put(b: Buffers, results: Results, step: int, late: int, receiver: int, sende
 def send(
     k: int, t: float, seed: int, encounter: int, r: FloatArray, b: Buffers, results: Results, u: FloatArray
 ) -> None:
-    """Send a message of every vehicle to all others at step `k`; `u` (4) is scratch for random numbers."""
-    n = b.last.shape[0]
+    """Send a message of every vehicle to all others, or to the hub that decides for all, at step `k`.
+
+    `u` (4) is scratch for random numbers.
+    """
+    n = b.use.shape[0]
     for j in range(n):
+        if r[R_CENTRAL] > 0.0:
+            carry(k, k, t, n, j, seed, encounter, r, b, results, u)
+            continue
         for i in range(n):
             if i != j:
                 carry(k, k, t, i, j, seed, encounter, r, b, results, u)
@@ -204,7 +221,7 @@ def carry(
         hub_lost, up = u[0] < r[R_LOSS], one_way(r[R_DELAY], r[R_JITTER], u[1])
     fill_uniforms(seed, _NOISE_SET, encounter, 1 + n + n * i + j, k, u)
     if out or hub_lost or u[0] < r[R_LOSS]:
-        results.counters[i, LOST] += 1
+        count(i, j, LOST, results)
         return
     late = up + one_way(r[R_DELAY], r[R_JITTER], u[1])
     put(b, results, k, max(math.ceil(late / r[R_DT] - 1e-6), now - k), i, j)
@@ -225,13 +242,16 @@ def receive(k: int, r: FloatArray, p: FloatArray, b: Buffers, results: Results) 
                 continue
             b.newest[slot, i, j] = -1
             if step == b.last[i, j]:
-                results.counters[i, DUPLICATES] += 1
+                count(i, j, DUPLICATES, results)
             elif step < b.last[i, j]:
-                results.counters[i, OUT_OF_ORDER] += 1
+                count(i, j, OUT_OF_ORDER, results)
+            elif j == b.use.shape[0]:
+                b.last[i, j] = step  # a command of the hub
+                count(i, j, RECEIVED, results)
             elif take(i, j, step, r, p, b):
-                results.counters[i, RECEIVED] += 1
+                count(i, j, RECEIVED, results)
             else:
-                results.counters[i, ABSURD] += 1
+                count(i, j, ABSURD, results)
 
 
 @jit_uncounted
@@ -257,7 +277,7 @@ def take(i: int, j: int, step: int, r: FloatArray, p: FloatArray, b: Buffers) ->
             return False
         known = False
     b.rejected[i, j] = 0
-    share = p[i, pair.P_SMOOTHING] if known else 1.0
+    share = p[i if i < p.shape[0] else j, pair.P_SMOOTHING] if known else 1.0
     for c in range(3):
         expected = b.received[i, j, c] + age * b.received[i, j, 3 + c] if known else 0.0
         b.received[i, j, c] = expected + share * (b.sent[slot, j, c] - expected)
@@ -268,40 +288,54 @@ def take(i: int, j: int, step: int, r: FloatArray, p: FloatArray, b: Buffers) ->
 
 
 @jit_uncounted
+def compensated(age: float, p: FloatArray) -> float:
+    """Return by how long a state of that age is moved on, s."""
+    if p[pair.P_COMPENSATION] == pair.ESTIMATE:
+        return float(p[pair.P_DELAY])
+    return age if p[pair.P_COMPENSATION] == pair.TIMESTAMP else 0.0
+
+
+@jit_uncounted
+def look(i: int, j: int, t: float, start: FloatArray, wanted: FloatArray, r: FloatArray, b: Buffers) -> float:
+    """Write what participant `i` has last heard of vehicle `j` into its view, and return how old that is, s.
+
+    NaN where nothing is known.
+    """
+    if b.last[i, j] >= 0:
+        age = float(t - b.received[i, j, 7])
+        for c in range(7):
+            b.views[j, c] = b.received[i, j, c]
+    elif r[R_BEFORE] != SILENT:
+        age = float(r[R_DELAY])
+        for c in range(6):
+            b.views[j, c] = start[j, c]
+        b.views[j, 6] = wanted[j]
+        if r[R_BEFORE] == STRAIGHT:
+            for c in range(3):
+                b.views[j, c] += start[j, 3 + c] * (t - age)
+    else:
+        return math.nan
+    b.views[j, multi.V_AGE] = age
+    return age
+
+
+@jit_uncounted
 def see(
     i: int, t: float, start: FloatArray, wanted: FloatArray, r: FloatArray, p: FloatArray, b: Buffers, results: Results
 ) -> None:
     """Write what vehicle `i` takes the others to do now into the views."""
-    for j in range(b.last.shape[0]):
+    for j in range(b.use.shape[0]):
         b.use[j] = 0.0
         if j == i:
             continue
-        if b.last[i, j] >= 0:
-            age = t - b.received[i, j, 7]
-            for c in range(7):
-                b.views[j, c] = b.received[i, j, c]
-        elif r[R_BEFORE] != SILENT:
-            age = r[R_DELAY]
-            for c in range(6):
-                b.views[j, c] = start[j, c]
-            b.views[j, 6] = wanted[j]
-            if r[R_BEFORE] == STRAIGHT:
-                for c in range(3):
-                    b.views[j, c] += start[j, 3 + c] * (t - age)
-        else:
-            continue
+        age = look(i, j, t, start, wanted, r, b)
         if age > p[i, pair.P_STALE]:
             results.counters[i, STALE] += 1
-            continue
-        b.use[j] = 1.0
-        b.views[j, multi.V_AGE] = age
-        ahead = 0.0
-        if p[i, pair.P_COMPENSATION] == pair.ESTIMATE:
-            ahead = p[i, pair.P_DELAY]
-        elif p[i, pair.P_COMPENSATION] == pair.TIMESTAMP:
-            ahead = age
-        for c in range(3):
-            b.views[j, c] += ahead * b.views[j, 3 + c]
+        elif not math.isnan(age):
+            b.use[j] = 1.0
+            ahead = compensated(age, p[i])
+            for c in range(3):
+                b.views[j, c] += ahead * b.views[j, 3 + c]
 
 
 @jit_uncounted
@@ -340,14 +374,15 @@ def navigate(
                 b.sent[slot, i, 0] = math.nan if noise[1] < 0.5 else b.sent[slot, i, 0] + _ABSURD_SHIFT
 
 
-def make_buffers(n: int, ring: int) -> Buffers:
-    """Return buffers for `n` vehicles and a ring of `ring` steps."""
+def make_buffers(n: int, ring: int, participants: int | None = None) -> Buffers:
+    """Return buffers for `n` vehicles, a ring of `ring` steps, and by default no participants but the vehicles."""
+    q = n if participants is None else participants
     return Buffers(
         sent=np.zeros((ring, n, 8)),
-        newest=np.full((ring, n, n), -1, np.int64),
-        last=np.full((n, n), -1, np.int64),
-        rejected=np.zeros((n, n), np.int64),
-        received=np.zeros((n, n, 8)),
+        newest=np.full((ring, q, q), -1, np.int64),
+        last=np.full((q, q), -1, np.int64),
+        rejected=np.zeros((q, q), np.int64),
+        received=np.zeros((q, n, 8)),
         known=np.zeros((n, 7)),
         views=np.zeros((n, multi.N_VIEW)),
         use=np.zeros(n),

@@ -38,7 +38,7 @@ class ClockOffset:
             When we sent the newest message it has, by our clock, and when that reached it, by its clock.
         """
         transit = arrived - sent
-        if self._down and transit < min(0.0, *self._down) - self._tolerance:
+        if transit < min((0.0, *self._down)) - self._tolerance:  # the very first may be wrong as well
             self._early += 1
             if self._early < _BORNE_OUT:
                 return False

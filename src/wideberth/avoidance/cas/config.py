@@ -178,7 +178,8 @@ class CasConfig(PartConfig):
     smoothing : float
         Weight of a new position against the one predicted; 1 takes messages as they are.
     stale_s : float
-        Messages older than this are no longer believed.
+        Messages older than this are no longer believed. Until then the margin grows with their age, so that a shorter
+        outage of the radio does no harm.
     prediction : PredictionConfig
     threshold : ThresholdConfig
     """
@@ -221,7 +222,7 @@ class CasConfig(PartConfig):
     direction_at: Literal["closest_point", "rise_time"] = "closest_point"
     leave_inside: bool = True
     smoothing: float = Field(default=0.2, gt=0, le=1)
-    stale_s: float = Field(default=10.0, gt=0)
+    stale_s: float = Field(default=20.0, gt=0)
     prediction: PredictionConfig = PredictionConfig()
     threshold: ThresholdConfig = ThresholdConfig()
 

@@ -25,6 +25,7 @@ _COMBINED_TURN = math.radians(15.0)
 _SHORTFALL_COST = 1000.0  # m/s of deviation for each metre of missing separation
 _CHANGE_COST = 0.15  # of a change of the command, so that a choice is kept
 _DECISIVE = 0.25  # of the separation: a miss distance that decides on which side two pass
+_ROUND = 0.75  # the same in the roundabout: who passes clear anyway is not gone round
 _ABOVE = 0.95  # of the separation: at such a difference of height the side does not matter
 _CLIMB_STEPS = 5  # up to twice the change that is tangent without lag
 _INSIDE = 0.98  # of the distance now
@@ -36,11 +37,13 @@ def passing_side(pn: float, pe: float, vn: float, ve: float, p: FloatArray) -> f
     """Return on which side two vehicles pass: 1, or -1 where each keeps the other on its left.
 
     Position and velocity are relative ones, and both vehicles find the same: the side on which they would pass anyway
-    where that is clear, else the other on the left; always so in the roundabout.
+    where that is clear, else the other on the left. The roundabout keeps the other on the left up to a larger miss
+    distance. To go round all of them, however far they pass, leads out of the crowd into the next conflict.
     """
     speed = math.hypot(vn, ve)
     across = pn * ve - pe * vn
-    if int(p[pair.P_KINDS]) == RIGHT or not abs(across) > _DECISIVE * p[pair.P_SEPARATION] * speed:
+    decisive = _ROUND if int(p[pair.P_KINDS]) == RIGHT else _DECISIVE
+    if not abs(across) > decisive * p[pair.P_SEPARATION] * speed:
         return -1.0
     return 1.0 if across > 0.0 else -1.0
 

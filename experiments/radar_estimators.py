@@ -22,7 +22,7 @@ from wideberth.sensors.radar.estimation.beamforming import (
     forward_backward,
     mvdr_spectrum,
 )
-from wideberth.sensors.radar.estimation.calibration import calibrate
+from wideberth.sensors.radar.estimation.calibration import ArrayCalibration, calibrate
 from wideberth.sensors.radar.estimation.cramer_rao import bounds
 from wideberth.sensors.radar.estimation.echoes import Estimates
 from wideberth.sensors.radar.estimation.plots import estimate_plots
@@ -162,12 +162,14 @@ def two_targets(config: RadarConfig, snrs_db: tuple[float, float], rates: tuple[
     rng = np.random.default_rng(7)
     echoes = [(60.0 - rate * COUPLING_S, az, 0.0, rate) for rate, az in zip(rates, (-ten, ten), strict=True)]
     images, peaks = [clean(config, e) for e in echoes], np.array([peak_of(config, echoes[0])])
-    apart = {"mvdr": 0, "conventional": 0}
+    known = ArrayCalibration.ideal(config.channels)
+    ways = {"mvdr, calibrated": ("mvdr", known), "mvdr": ("mvdr", None), "conventional": ("conventional", None)}
+    apart = dict.fromkeys(ways, 0)
     for _ in range(PAIRS):
         frame = noisy(images, snrs_db, rng)
-        for name in apart:
-            found = estimate_plots(beamforming(config, name), frame, peaks, np.ones(config.channels))
-            apart[name] += parted(found, (-ten, ten))
+        for way, (name, calibration) in ways.items():
+            found = estimate_plots(beamforming(config, name), frame, peaks, np.ones(config.channels), calibration)
+            apart[way] += parted(found, (-ten, ten))
     shape = f"{config.array_rows} x {config.array_columns}"
     share = " | ".join(f"{n / PAIRS:.3f}" for n in apart.values())
     return f"| {shape}, {config.averages} | {snrs_db[0]:.0f}, {snrs_db[1]:.0f} | {rates[0]:g}, {rates[1]:g} | {share} |"
@@ -271,8 +273,8 @@ def page() -> str:
         "",
         f"Share of {PAIRS} frames with two plots, each within 5 deg of its target.",
         "",
-        "| channels, sweeps | dB | range rates, m/s | MVDR | conventional |",
-        "| --- | ---: | ---: | ---: | ---: |",
+        "| channels, sweeps | dB | range rates, m/s | MVDR, calibrated | MVDR | conventional |",
+        "| --- | ---: | ---: | ---: | ---: | ---: |",
         *(
             two_targets(c, snrs, rates)
             for c in (LINE.model_copy(update={"averages": 20}), PLANE)
@@ -286,7 +288,9 @@ def page() -> str:
         "",
         "Targets that keep their phase to each other (same range rate: last rows) leave one direction in the",
         "covariance; averaged forward and backward over the array, as the estimator does, they are two again, but for",
-        "phases near none and half a turn. Nothing but direction tells them apart then.",
+        "phases near none. Then the wave front itself is fitted with two waves. Of a pair in phase a single wave",
+        "explains 97 %: channels whose answer is not known (-20 dB of coupling is 2 %) could make as much, so without",
+        "a calibration, even one that says that they are ideal, such a pair stays one plot.",
         "",
         "![spectra of two targets](radar_spectra.png)",
         "",

@@ -40,6 +40,8 @@ class Plots:
     ownship : ndarray, shape (n_scans, 6)
         Position and velocity of the ownship from its telemetry, local NED, m and m/s; NaN where there is none, or where
         the ownship carries the radar and so is never among the plots.
+    variance : ndarray, shape (rows, 4), or None
+        Of each plot's columns of `z`, where the radar tells them apart; None: the squares of `sigma` for all.
     """
 
     first: NDArray[np.int64]
@@ -53,6 +55,7 @@ class Plots:
     field_of_view: tuple[float, float]
     dt: float
     ownship: FloatArray
+    variance: FloatArray | None = None
 
     @property
     def n_scans(self) -> int:

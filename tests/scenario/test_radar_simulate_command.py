@@ -102,7 +102,9 @@ def test_all_aircraft_are_tracked_from_samples(folder):
     scores = json.loads(tracked.stdout)
     metrics = scores["metrics"]
     assert metrics["never_confirmed"] == 0 and metrics["false_tracks"] == 0
-    assert metrics["missed_fraction"] < 0.35 and metrics["rmse_position_m"] < 3.0
+    assert metrics["missed_fraction"] < 0.35 and metrics["rmse_position_m"] < 0.5
+    # Each plot has its own variances in the file. Aircraft that fly straight are tracked with caution.
+    assert metrics["nees_per_dof"] < 1.5 and metrics["coverage_95_position"] > 0.9
 
 
 def test_the_radar_on_board_says_where_it_was(folder):

@@ -89,6 +89,24 @@ def test_rows_of_a_seed_may_be_spread(path):
         np.testing.assert_array_equal(file.scans(seed).first, plain.scans(seed).first)
 
 
+def test_each_plot_may_have_its_own_variances(path):
+    sigma = np.random.default_rng(1).uniform(0.1, 1.0, (len(GROUND["meas_seed"]), 4))
+    sigma[:, 3] = np.nan  # there are no range rates
+    assert read_plot_file(save(path, GROUND)).variance is None
+    file = read_plot_file(save(path, GROUND, meas_sigma=sigma))
+    plots = file.scans(1)
+    np.testing.assert_array_equal(plots.variance, sigma[GROUND["meas_seed"] == 1] ** 2)
+    order = np.argsort(GROUND["meas_scan"], kind="stable")
+    spread = {name: array[order] for name, array in GROUND.items() if name.startswith("meas_")}
+    again = read_plot_file(save(path, GROUND, **spread, meas_sigma=sigma[order]))
+    np.testing.assert_array_equal(again.variance, file.variance)
+    sigma[7, 1] = 0.0
+    with pytest.raises(InputError, match="meas_sigma must be positive where something is measured, got 0 in row 7"):
+        read_plot_file(save(path, GROUND, meas_sigma=sigma))
+    with pytest.raises(InputError, match="meas_sigma must have shape"):
+        read_plot_file(save(path, GROUND, meas_sigma=sigma[:, :3]))
+
+
 def test_a_scan_without_plots_is_an_empty_scan(path):
     kept = GROUND["meas_scan"] != 7
     rows = {name: array[kept] for name, array in GROUND.items() if name.startswith("meas_")}

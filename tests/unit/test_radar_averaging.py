@@ -56,7 +56,7 @@ def test_kernel_is_the_convolution(bins: int, sweeps: int, hann: bool, seed: int
     rows = rng.normal(size=(sweeps, bins, 2)).astype(np.float32)
     before, after = rng.normal(size=(2, sweeps, 2))
     power, mean = np.empty(bins), np.empty(2 * bins)
-    add_powers(rows.reshape(sweeps, -1), hann, before, after, power, mean)
+    add_powers(rows.ravel(), rows[0].size, hann, before, after, power, mean)
     padded = np.concatenate([before[:, None], rows, after[:, None]], axis=1)
     value = padded[:, 1:-1] - 0.5 * (padded[:, :-2] + padded[:, 2:]) * hann
     np.testing.assert_allclose(power, (value**2).sum(axis=(0, 2)), rtol=1e-5)

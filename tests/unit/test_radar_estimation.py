@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.made_frames import clean_frame, noisy_frame, peak_bins, radar
+from wideberth.sensors.radar.array import steering_vector
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.estimation.cramer_rao import bounds
 from wideberth.sensors.radar.estimation.plots import estimate_plots
@@ -89,11 +90,12 @@ def test_calibration_takes_the_bias_of_coupling_away():
     assert abs(blind[:, 1].mean()) > 10.0 * np.sqrt(variance[:, 1].mean() / 60)
 
 
-def found_pairs(config, echoes, snrs_db, runs, peaks, seed=0):
+def found_pairs(config, echoes, snrs_db, runs, peaks, seed=0, calibration=None):
     rng = np.random.default_rng(seed)
     cleans = [clean_frame(config, SWEEPS, e) for e in echoes]
     for _ in range(runs):
-        yield estimate_plots(config, noisy_frame(cleans, snrs_db, rng), peaks, np.ones(config.channels))
+        frame = noisy_frame(cleans, snrs_db, rng)
+        yield estimate_plots(config, frame, peaks, np.ones(config.channels), calibration)
 
 
 @pytest.mark.parametrize("rows", [1, 4])
@@ -118,11 +120,37 @@ def test_mvdr_parts_what_the_conventional_beamformer_merges(rows):
     assert all(len(f.z) == 1 for f in merged)
 
 
+@pytest.mark.parametrize("phase", [0.0, 0.7, 3.1])
+@pytest.mark.parametrize("rows", [1, 4])
+def test_with_known_channels_a_coherent_pair_is_parted_whatever_its_phase(rows, phase):
+    ten = np.radians(10.0)
+    config, calibration = radar(rows, 4 * rows, "mvdr"), ArrayCalibration.ideal(4 * rows)
+    echoes = [(40.0, -ten, 0.0, 4.0), (40.0, ten, 0.0, 4.0)]
+    peaks, rng = peak_bins(config, echoes[:1]), np.random.default_rng(2)
+    cleans = []
+    for echo, turn in zip(echoes, (0.0, phase), strict=True):
+        image = clean_frame(config, SWEEPS, echo)
+        # Turned to this phase in the middle of array and frame.
+        middle = np.vdot(steering_vector(config, echo[1]), image[SWEEPS // 2, :, peaks[0]])
+        cleans.append(image * np.complex64(np.exp(1j * (turn - np.angle(middle)))))
+    error, variance = [], []
+    for _ in range(15):
+        frame = noisy_frame([cleans[0] + cleans[1]], (20.0,), rng)
+        found = estimate_plots(config, frame, peaks, np.ones(4 * rows), calibration)
+        assert len(found.z) == 2
+        order = np.argsort(found.z[:, 1])
+        error.append(found.z[order, 1] - (-ten, ten))
+        variance.append(found.variance[order, 1])
+    assert np.abs(error).max() < np.radians(5.0)
+    assert 0.3 < np.mean(np.square(error) / variance) < 2.5
+
+
 def test_one_echo_is_not_taken_for_two():
     echo = (40.0, 0.2, 0.1, -12.0)
-    for snr in (0.0, 20.0, 40.0):
+    for snr, calibration in ((0.0, None), (20.0, None), (40.0, None), (40.0, ArrayCalibration.ideal(16))):
         config = radar(4, 16, "mvdr")
-        assert all(len(f.z) == 1 for f in found_pairs(config, [echo], (snr,), 10, peak_bins(config, [echo])))
+        found = found_pairs(config, [echo], (snr,), 10, peak_bins(config, [echo]), calibration=calibration)
+        assert all(len(f.z) == 1 for f in found)
 
 
 @pytest.mark.parametrize("apart", [1, 2, 3])

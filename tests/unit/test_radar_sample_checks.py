@@ -4,6 +4,8 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from wideberth.errors import InputError
 from wideberth.sensors.radar.config import RadarConfig
@@ -14,6 +16,7 @@ from wideberth.sensors.radar.processing.frame import process
 from wideberth.sensors.radar.processing.frame_powers import frame_image, frame_powers
 from wideberth.sensors.radar.processing.noise_statistics import theoretical_noise
 from wideberth.sensors.radar.processing.sample_checks import usable_samples
+from wideberth.sensors.radar.processing.sample_extremes_kernels import sample_extremes
 
 RADAR = RadarConfig(sweep_time_ms=0.256, averages=32, false_alarm_probability=1e-4)  # 256 bins
 SIGMA = np.float32(np.sqrt(0.5 * noise_power(RADAR) * RADAR.samples_per_sweep))
@@ -113,3 +116,21 @@ def test_fixed_point_words_lose_little_and_stay_at_their_limits() -> None:
 def test_fixed_point_has_no_moving_target_filter() -> None:
     with pytest.raises(ValueError, match="moving-target"):
         ProcessingConfig(fixed_point=FixedPointConfig(), clutter_filter="moving_target")
+
+
+@given(
+    rows=st.integers(1, 3),
+    n=st.integers(1, 200),
+    odd=st.sampled_from([0.0, np.nan, np.inf, -np.inf]),
+    seed=st.integers(0, 99),
+)
+def test_extremes_are_those_of_each_row(rows: int, n: int, odd: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    values = rng.normal(size=(rows, n)).astype(np.float32)
+    values[rng.integers(rows), rng.integers(n)] += np.float32(odd)
+    high, low = np.empty(rows, np.float32), np.empty(rows, np.float32)
+    with np.errstate(invalid="ignore"):  # where it is not compiled
+        sample_extremes(values.ravel(), high, low)
+    finite = np.isfinite(values).all(axis=1)
+    np.testing.assert_array_equal(high, np.where(finite, values.max(axis=1), np.nan))
+    np.testing.assert_array_equal(low, np.where(finite, values.min(axis=1), np.nan))

@@ -16,7 +16,7 @@ from wideberth.errors import InputError
 from wideberth.evaluation.radar_setup import RadarSetup
 from wideberth.sensors.radar.config import PlotModelConfig, RadarConfig
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
-from wideberth.sensors.radar.plot_model import HALF_POWER_WIDTH
+from wideberth.sensors.radar.plot_model import plot_sigmas
 from wideberth.sensors.radar.processing.frame import Processed
 from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics, noise_statistics
 from wideberth.sensors.radar.processing.radar_processor import RadarProcessor
@@ -180,7 +180,8 @@ def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun, truth: Path | 
     detection = run.scans[0].detection
     assert detection is not None
     place = setup.position * [1.0, 1.0, -1.0]
-    sigma = _typical(variance, setup.radar)
+    each = _of_aircraft(np.sqrt(variance), rows, setup.radar)
+    sigma = _typical(each, setup.radar)
     measured = bool(np.isfinite(rows[:, 3]).any())
     more: dict[str, Any] = {"sigma_range_rate": sigma[3]} if measured else {}
     if truth is not None:
@@ -195,6 +196,7 @@ def write_plot_file(path: Path, setup: RadarSetup, run: RadarRun, truth: Path | 
             meas_az=rows[:, 1],
             meas_el=rows[:, 2],
             meas_range_rate=rows[:, 3],
+            meas_sigma=each,
             time=t,
             dt=dt,
             sigma=sigma[:3],
@@ -233,21 +235,24 @@ def _truth_at(path: Path, t: FloatArray, slack: float) -> dict[str, Any]:
         raise InputError(f"{path}: no truth can be read from it ({error})") from error
 
 
-def _typical(variance: FloatArray, radar: RadarConfig) -> FloatArray:
-    """Return standard deviations (4,) for all plots of a file, which tells them not apart.
+def _of_aircraft(sigma: FloatArray, rows: FloatArray, radar: RadarConfig) -> FloatArray:
+    """Return standard deviations (n, 4) of plots of aircraft, which are no points: a strong echo's are far smaller."""
+    spread, rate = radar.processing.echo_spread_m, radar.processing.echo_rate_spread_mps
+    across = spread / np.maximum(rows[:, 0], spread)
+    level = np.maximum(np.cos(rows[:, 2]), across)
+    least = np.stack([np.full(len(rows), spread), across / level, across, np.full(len(rows), rate)], axis=1)
+    return np.asarray(np.hypot(sigma, least))
 
-    The root mean square, as plots at the edge of the view are much worse than the others, with the floors of the plots'
-    model: strong echoes have variances to which no aircraft, which is no point, keeps.
+
+def _typical(sigma: FloatArray, radar: RadarConfig) -> FloatArray:
+    """Return standard deviations (4,) for trackers that do not tell the plots of a file apart.
+
+    Nine plots of ten have no greater ones: those in the direction of the array's plane have many times the others'. To
+    them come the floors of the plots' model, for with one number for all no plot may count as a strong echo's.
     """
-    floors = PlotModelConfig()
-    doppler_bin = radar.wavelength / (2.0 * radar.averages * radar.sweep_interval)
-    elements = np.array([radar.array_columns, radar.array_rows])
-    widths = HALF_POWER_WIDTH / (elements * radar.element_spacing_wavelengths)
-    least = [floors.range_floor_bins * radar.range_bin, *(floors.direction_floor_beamwidths * widths)]
-    least.append(floors.range_rate_floor_bins * doppler_bin)
-    known = np.isfinite(variance)
-    mean = np.where(known, variance, 0.0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-    return np.asarray(np.hypot(np.sqrt(mean), least))
+    floors = plot_sigmas(radar, PlotModelConfig(), np.zeros(1), np.zeros(1), np.full(1, np.inf))[0]
+    most = [np.quantile(column[known], 0.9) if (known := np.isfinite(column)).any() else 0.0 for column in sigma.T]
+    return np.asarray(np.hypot(most, floors))
 
 
 def _field_of_view(scan: Scan) -> FloatArray:

@@ -5,7 +5,8 @@ In the file positions and velocities are north, east, *up*; here they are north,
 ground, the body frame for one that an aircraft carries (arrays ``own_pos``, ``own_vel``, ``own_att``). A radar on the
 ground may also stand elsewhere and look anywhere (``radar_pos``: north, east, up, m; ``radar_att``: roll, pitch, yaw,
 rad), with angles in its own axes, and give range rates (``meas_range_rate``, m/s, NaN where it does not, with the
-standard deviation ``sigma_range_rate``).
+standard deviation ``sigma_range_rate``). Where plots differ in how good they are, ``meas_sigma`` (rows, 4) holds the
+standard deviations of each one's range, azimuth, elevation and range rate; ``sigma`` then is what is typical.
 """
 
 import math
@@ -70,7 +71,7 @@ class PlotFile:
         As `Plots.z`.
     t : ndarray, shape (n_scans,)
         Time of each scan, s.
-    sensor_position, sensor_attitude, sigma, detection_probability, range_max, field_of_view, dt, ownship
+    sensor_position, sensor_attitude, sigma, detection_probability, range_max, field_of_view, dt, ownship, variance
         As in `Plots`.
     onboard : bool
         Whether the ownship carries the radar.
@@ -91,6 +92,7 @@ class PlotFile:
     field_of_view: tuple[float, float]
     dt: float
     ownship: FloatArray
+    variance: FloatArray | None
     onboard: bool
     truth: PlotTruth | None
 
@@ -131,6 +133,7 @@ class PlotFile:
             field_of_view=self.field_of_view,
             dt=self.dt,
             ownship=self.ownship.copy(),
+            variance=None if self.variance is None else np.ascontiguousarray(self.variance[rows]),
         )
 
 
@@ -191,7 +194,7 @@ class _Reader:
         n_scans, dt = len(t), self._positive("dt")
         if n_scans == 0:
             raise InputError(f"{self._name}: time is empty: there is no scan")
-        seed, scan, z = self._rows(t, dt)
+        seed, scan, z, variance = self._rows(t, dt)
         truth = self._truth(n_scans)
         onboard = any(name in self._arrays for name in ("own_pos", "own_vel", "own_att"))
         position, attitude = np.zeros((n_scans, 3)), np.tile(np.eye(3), (n_scans, 1, 1))
@@ -228,11 +231,12 @@ class _Reader:
             field_of_view=self._field_of_view(field_of_view, onboard),
             dt=dt,
             ownship=ownship,
+            variance=variance,
             onboard=onboard,
             truth=truth,
         )
 
-    def _rows(self, t: FloatArray, dt: float) -> tuple[IntArray, IntArray, FloatArray]:
+    def _rows(self, t: FloatArray, dt: float) -> tuple[IntArray, IntArray, FloatArray, FloatArray | None]:
         seed = self._integers("meas_seed", (None,))
         rows = len(seed)
         scan = self._integers("meas_scan", (rows,))
@@ -255,7 +259,20 @@ class _Reader:
         if "meas_range_rate" in self._arrays:
             z[:, 3] = self._numbers("meas_range_rate", (rows,), finite=False)
         z[~(np.abs(when - t[scan]) <= 0.5 * dt)] = np.nan
-        return seed[order], scan[order], z[order]
+        return seed[order], scan[order], z[order], self._variance(z, order)
+
+    def _variance(self, z: FloatArray, order: NDArray[np.intp]) -> FloatArray | None:
+        if "meas_sigma" not in self._arrays:
+            return None
+        sigma = self._numbers("meas_sigma", (len(z), 4), finite=False)
+        wrong = np.argwhere(np.isfinite(z) & ~((sigma > 0.0) & np.isfinite(sigma)))
+        if len(wrong):
+            row, column = wrong[0].tolist()
+            raise InputError(
+                f"{self._name}: meas_sigma must be positive where something is measured, got {sigma[row, column]:g} in "
+                f"row {row}, column {column}"
+            )
+        return sigma[order] ** 2
 
     def _truth(self, n_scans: int) -> PlotTruth | None:
         if "truth_pos" not in self._arrays:

@@ -17,7 +17,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from wideberth.sensors.radar.config import SimulatedRadarConfig
+from wideberth.sensors.radar.config import PlotModelConfig, RadarConfig, SimulatedRadarConfig
 from wideberth.sensors.radar.coverage import looks_and_gain_db
 from wideberth.sensors.radar.detection import threshold
 from wideberth.sensors.radar.link_budget import averaging_gain_db, lobe_loss_db, snr_db
@@ -49,6 +49,53 @@ _SHARPNESS = 0.4
 
 _LEAST_RATIO = 1.0
 """Below this ratio after processing errors do not grow: the plot is then anywhere in its cell."""
+
+
+def plot_sigmas(
+    config: RadarConfig, model: PlotModelConfig, azimuth: FloatArray, elevation: FloatArray, total: FloatArray
+) -> FloatArray:
+    """Return the standard deviations of plots.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    model : PlotModelConfig
+    azimuth, elevation : ndarray, shape (k,)
+        In the sensor's axes, rad.
+    total : ndarray, shape (k,)
+        Signal-to-noise ratio after all processing; infinite for the floors alone.
+
+    Returns
+    -------
+    ndarray, shape (k, 4)
+        Range, m; azimuth and elevation, or angle of the cone and NaN, rad; range rate, m/s.
+    """
+    root = 1.0 / np.sqrt(np.maximum(total, _LEAST_RATIO))
+    sigma = np.full((len(azimuth), 4), np.nan)
+    sigma[:, 0] = config.range_bin * np.hypot(model.range_error_factor * TONE_BINS * root, model.range_floor_bins)
+    spacing = config.element_spacing_wavelengths
+    right, down = (
+        np.hypot(
+            model.direction_error_factor * _cosine_bound(n, spacing) * root,
+            model.direction_floor_beamwidths * HALF_POWER_WIDTH / (n * spacing),
+        )
+        for n in (config.array_columns, config.array_rows)
+    )
+    least = math.cos(math.radians(model.grazing_limit_deg))
+    if config.array_rows == 1:
+        sideways = np.cos(elevation) * np.sin(azimuth)
+        sigma[:, 1] = right / np.maximum(np.sqrt(1.0 - sideways**2), least)
+    else:
+        sigma[:, 1] = right / np.maximum(np.cos(elevation) * np.abs(np.cos(azimuth)), least)
+        sigma[:, 2] = down / np.maximum(np.cos(elevation), least)
+    bins = np.hypot(model.range_rate_error_factor * TONE_BINS * root, model.range_rate_floor_bins)
+    sigma[:, 3] = bins * config.wavelength / (2.0 * config.averages * config.sweep_interval)
+    return sigma
+
+
+def _cosine_bound(elements: int, spacing: float) -> float:
+    """Return the standard deviation of a direction cosine at a ratio of 1; one element alone tells none."""
+    return math.sqrt(6.0 / (elements**2 - 1.0)) / (2.0 * math.pi * spacing) if elements > 1 else math.inf
 
 
 class PlotModel:
@@ -85,9 +132,6 @@ class PlotModel:
         elements, spacing = (config.array_columns, config.array_rows), config.element_spacing_wavelengths
         # One element alone tells no direction, and separates none.
         self._beamwidths = [HALF_POWER_WIDTH / (n * spacing) if n > 1 else math.inf for n in elements]
-        self._cosine_bounds = [
-            math.sqrt(6.0 / (n * n - 1.0)) / (2.0 * math.pi * spacing) if n > 1 else math.inf for n in elements
-        ]
         bins, widths = _RESOLUTION[config.processing.beamformer]
         self._resolution = (
             bins if self._model.resolution_bins is None else self._model.resolution_bins,
@@ -192,29 +236,13 @@ class PlotModel:
         ndarray, shape (k, 4)
             Range, m; azimuth and elevation, or angle of the cone and NaN, rad; range rate, m/s, or NaN.
         """
-        return self._sigmas(*polar(positions), total)
+        _, azimuth, elevation = polar(positions)
+        return self._sigmas(azimuth, elevation, total)
 
-    def _sigmas(
-        self, distance: FloatArray, azimuth: FloatArray, elevation: FloatArray, total: FloatArray
-    ) -> FloatArray:
-        c, m = self._config, self._model
-        root = 1.0 / np.sqrt(np.maximum(total, _LEAST_RATIO))
-        sigma = np.full((len(distance), 4), np.nan)
-        sigma[:, 0] = c.range_bin * np.hypot(m.range_error_factor * TONE_BINS * root, m.range_floor_bins)
-        right, down = (
-            np.hypot(m.direction_error_factor * bound * root, m.direction_floor_beamwidths * width)
-            for bound, width in zip(self._cosine_bounds, self._beamwidths, strict=True)
-        )
-        least = math.cos(math.radians(m.grazing_limit_deg))
-        if c.array_rows == 1:
-            sideways = np.cos(elevation) * np.sin(azimuth)
-            sigma[:, 1] = right / np.maximum(np.sqrt(1.0 - sideways**2), least)
-        else:
-            sigma[:, 1] = right / np.maximum(np.cos(elevation) * np.abs(np.cos(azimuth)), least)
-            sigma[:, 2] = down / np.maximum(np.cos(elevation), least)
-        if c.range_rate:
-            bins = np.hypot(m.range_rate_error_factor * TONE_BINS * root, m.range_rate_floor_bins)
-            sigma[:, 3] = self._doppler_bin * bins
+    def _sigmas(self, azimuth: FloatArray, elevation: FloatArray, total: FloatArray) -> FloatArray:
+        sigma = plot_sigmas(self._config, self._model, azimuth, elevation, total)
+        if not self._config.range_rate:
+            sigma[:, 3] = np.nan
         return sigma
 
     def _fluctuation(self, random: np.random.Generator, k: int) -> FloatArray:
@@ -277,7 +305,7 @@ class PlotModel:
     def _measured(self, places: FloatArray, rates: FloatArray, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return plots of places without errors, NaN where not measured, and their standard deviations, (n, 4)."""
         distance, azimuth, elevation = polar(places)
-        sigma = self._sigmas(distance, azimuth, elevation, totals)
+        sigma = self._sigmas(azimuth, elevation, totals)
         z = np.stack([distance, azimuth, elevation, rates], axis=1)
         if self._config.array_rows == 1:
             # Thesis (5.1): a line of elements measures the direction cosine along itself, and no more.

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from wideberth.sensors.radar.config import RadarConfig, SimulatedRadarConfig
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
-from wideberth.sensors.radar.plot_model import FloatArray, PlotModel, polar
+from wideberth.sensors.radar.plot_model import FloatArray, PlotModel, plot_sigmas, polar
 from wideberth.sensors.radar.processing.noise_statistics import NoiseStatistics, noise_statistics
 from wideberth.sensors.radar.processing.radar_processor import RadarProcessor
 from wideberth.sensors.radar.sweeps.fluctuation import draw_fluctuation
@@ -22,9 +22,6 @@ _NOISE_SEED = 400
 
 _NEAREST = 2.0
 """Aircraft closer than this times what they move in a frame are left out: they would fly through the radar."""
-
-_STRONG = 1e18
-"""Signal-to-noise ratio at which only the floors of errors are left."""
 
 
 class SampledLook:
@@ -120,7 +117,8 @@ class SampledLook:
             self.state = "ok" if scan.health is None else scan.health.state
             z, variance = scan.z.copy(), np.diagonal(scan.R, axis1=1, axis2=2).copy()
             # Aircraft are no points, and poses not exact: no plot is as good as strong echoes seem.
-            variance += self._model.sigmas(_places(z), np.full(len(z), _STRONG)) ** 2
+            floors = self._config, self._config.plot_model, z[:, 1], np.nan_to_num(z[:, 2])
+            variance += plot_sigmas(*floors, np.full(len(z), np.inf)) ** 2
         if not self._config.range_rate:
             z[:, 3] = variance[:, 3] = np.nan
         if burst:
@@ -128,14 +126,6 @@ class SampledLook:
             z, variance = np.concatenate([z, false]), np.concatenate([variance, spread])
         order = random.permutation(len(z))
         return z[order], variance[order]
-
-
-def _places(z: FloatArray) -> FloatArray:
-    """Return the places (n, 3) of plots; without an elevation at none."""
-    elevation = np.nan_to_num(z[:, 2])
-    level = np.cos(elevation)
-    towards = np.stack([level * np.cos(z[:, 1]), level * np.sin(z[:, 1]), -np.sin(elevation)], axis=1)
-    return np.asarray(z[:, :1] * towards)
 
 
 def _target(position: FloatArray, velocity: FloatArray, rcs_m2: float) -> RadarTarget:

@@ -1,4 +1,4 @@
-"""Kernels of one echo in the range bins of a frame: its model, its correlation with samples, its removal.
+"""Kernels of one echo in the range bins of a frame: its model, and its correlation with samples.
 
 An echo of range R and range rate v (at the middle of the frame) is, in bin b of sweep k, of which the middle is dt from
 the middle of the frame, exp(i phase) D(beta - b; q): the phase of R + v dt, and the Dirichlet kernel, for thousands of
@@ -26,16 +26,15 @@ CELLS = 4
 """Numbers of a cell of a sweep: a bin's response and its slope, real and imaginary parts."""
 
 _ORDERS = 10
-_TERMS = 10
+TERMS = 10
 _NEAR = 2.0  # of pi delta, below which the series stand and beyond which the recurrence does
-_FAR = 12.0  # bins, from which on only the ends of the sweep count
 
 
 def _series() -> FloatArray:
     # Derivative n of sin(x)/x by powers of x^2, without the factor x that odd ones have.
-    table = np.zeros((_ORDERS, _TERMS))
+    table = np.zeros((_ORDERS, TERMS))
     for n in range(_ORDERS):
-        for j in range(_TERMS):
+        for j in range(TERMS):
             power = 2 * j + n + n % 2  # of x in sin(x)/x, from which the derivative leaves power - n
             sign = -1.0 if (power // 2) % 2 else 1.0
             table[n, j] = sign * math.perm(power, n) / math.factorial(power + 1)
@@ -48,7 +47,7 @@ _SERIES = _series()
 @jit_uncounted
 def _horner(n: int, y: float) -> float:
     value = 0.0
-    for j in range(_TERMS - 1, -1, -1):
+    for j in range(TERMS - 1, -1, -1):
         value = value * y + _SERIES[n, j]
     return value
 
@@ -103,31 +102,20 @@ def _middling_response(x: float, sine: float, cosine: float, t: float) -> tuple[
 
 
 @jit_uncounted
-def bin_response(delta: float, sine: float, cosine: float, q: float) -> tuple[complex, complex]:
-    """Return D(delta; q), the integral of exp(2 pi i (delta s + q s^2)) over s from -1/2 to 1/2, and its slope.
-
-    `sine` and `cosine` are those of pi delta. A chirp takes derivatives of sin(x)/x, two for each order of q; to the
-    fourth order, D is right to 4e-5 for q up to 0.35 (51 m/s with table 5.1), and to 1e-3 for twice that.
-    """
-    x, t = math.pi * delta, 0.5 * math.pi * q
-    if abs(x) < _NEAR:
-        a, b, c, d = _near_response(x, t)
-    else:
-        a, b, c, d = _middling_response(x, sine, cosine, t)
-    return complex(a, b), complex(c, d)
-
-
-@jit_uncounted
-def _bin_responses(delta: float, sine: float, cosine: float, q: float, n: int, cells: FloatArray) -> None:
+def bin_responses(delta: float, sine: float, cosine: float, q: float, n: int, cells: FloatArray) -> None:
     """Fill the first `n` of `cells` (CELLS, n or more) with the responses of bins one after the other, from `delta` on.
 
-    As `bin_response` gives them; a plain loop, for the compiler to take several bins at once.
+    A response is D(delta; q), the integral of exp(2 pi i (delta s + q s^2)) over s from -1/2 to 1/2, and its slope;
+    `sine` and `cosine` are those of pi delta. A chirp takes derivatives of sin(x)/x, two for each order of q; to the
+    fourth order, D is right to 4e-5 for q up to 0.35 (51 m/s with table 5.1), and to 1e-3 for twice that. It is a plain
+    loop, for the compiler to take several bins at once.
     """
     t = 0.5 * math.pi * q
     for i in range(n):
         sign = 1.0 - 2.0 * (i % 2)
+        x = math.pi * (delta - i)
         cells[0, i], cells[1, i], cells[2, i], cells[3, i] = _middling_response(
-            math.pi * (delta - i), sign * sine, sign * cosine, t
+            x if x != 0.0 else 1.0, sign * sine, sign * cosine, t
         )
     for i in range(max(math.ceil(delta - _NEAR / math.pi), 0), min(math.floor(delta + _NEAR / math.pi) + 1, n)):
         cells[0, i], cells[1, i], cells[2, i], cells[3, i] = _near_response(math.pi * (delta - i), t)
@@ -152,176 +140,76 @@ def echo_of_sweep(waveform: FloatArray, k: int, distance: float, rate: float) ->
 
 
 @jit_uncounted
+def middle_series(q: float, series: FloatArray) -> None:
+    """Fill `series` (CELLS, TERMS): the powers of (pi delta)^2 in the response, of chirp `q`, of the bin next to it.
+
+    Those of the slope lack a factor pi delta.
+    """
+    t = 0.5 * math.pi * q
+    t2, t3, t4 = t * t / 2.0, t * t * t / 6.0, t * t * t * t / 24.0
+    for j in range(TERMS):
+        series[0, j] = _SERIES[0, j] - t2 * _SERIES[4, j] + t4 * _SERIES[8, j]
+        series[1, j] = t3 * _SERIES[6, j] - t * _SERIES[2, j]
+        series[2, j] = math.pi * (_SERIES[1, j] - t2 * _SERIES[5, j] + t4 * _SERIES[9, j])
+        series[3, j] = math.pi * (t3 * _SERIES[7, j] - t * _SERIES[3, j])
+
+
+@jit_uncounted
+def used_responses(beat: float, q: float, half: int, series: FloatArray, cells: FloatArray) -> int:
+    """Fill `cells` (CELLS, 2 half + 1) with the responses of the bins within `half` of a beat; return the nearest bin.
+
+    That one, by `middle_series`, is the last column; the others are in order. Eight at a time are no more than one.
+    """
+    middle = round(beat)
+    delta, t = beat - middle, 0.5 * math.pi * q
+    first = 1.0 - 2.0 * (half % 2)
+    sine, cosine = first * math.sin(math.pi * delta), first * math.cos(math.pi * delta)
+    for j in range(2 * half):
+        skip = 1.0 if j >= half else 0.0
+        sign = (1.0 - 2.0 * (j % 2)) * (1.0 - 2.0 * skip)
+        cells[0, j], cells[1, j], cells[2, j], cells[3, j] = _middling_response(
+            math.pi * (delta + half - j - skip), sign * sine, sign * cosine, t
+        )
+    x = math.pi * delta
+    y = x * x
+    a, b, c, d = 0.0, 0.0, 0.0, 0.0
+    for j in range(TERMS - 1, -1, -1):
+        a, b = a * y + series[0, j], b * y + series[1, j]
+        c, d = c * y + series[2, j], d * y + series[3, j]
+    cells[0, 2 * half], cells[1, 2 * half], cells[2, 2 * half], cells[3, 2 * half] = a, b, x * c, x * d
+    return middle
+
+
+@jit_uncounted
+def used_bin(j: int, half: int) -> int:
+    """Return the bin of a column of `used_responses`, from the nearest."""
+    return 0 if j == 2 * half else j - half + (1 if j >= half else 0)
+
+
+@jit
 def sums_of_channels(
     x: ComplexArray, first: int, waveform: FloatArray, distance: float, rate: float, half: int, sums: ComplexArray
 ) -> None:
     """Correlate each sweep and channel of `x` (sweeps, channels, bins from `first` on) with an echo: `sums` (K, C)."""
-    n = x.shape[2]
-    q = waveform[2] * rate
+    cells, series = np.empty((CELLS, 2 * half + 1)), np.empty((CELLS, TERMS))
+    middle_series(waveform[2] * rate, series)
     for k in range(x.shape[0]):
         beat, _, _, phasor = echo_of_sweep(waveform, k, distance, rate)
+        at = used_responses(beat, waveform[2] * rate, half, series, cells) - first
         for c in range(x.shape[1]):
-            sums[k, c] = 0.0
-        middle = round(beat)
-        sine, cosine = math.sin(math.pi * (beat - middle)), math.cos(math.pi * (beat - middle))
-        for b in range(max(middle - half, first), min(middle + half + 1, first + n)):
-            sign = 1.0 - 2.0 * (abs(b - middle) % 2)
-            value, _ = bin_response(beat - b, sign * sine, sign * cosine, q)
-            weight = (value * phasor).conjugate()
-            for c in range(x.shape[1]):
-                sums[k, c] += weight * x[k, c, b - first]
-
-
-@jit
-def remove_echoes(x: ComplexArray, first: int, waveform: FloatArray, paths: FloatArray, channels: ComplexArray) -> None:
-    """Subtract echoes of distances and rates `paths` (n, 2) with amplitudes `channels` (n, C) from all bins of `x`.
-
-    `x` is (sweeps, channels, bins from `first` on).
-    """
-    parts, turns = np.empty((2, x.shape[2])), np.empty((2, x.shape[2]))
-    _bin_turns(waveform, turns)
-    for e in range(paths.shape[0]):
-        _remove(x, first, waveform, paths[e, 0], paths[e, 1], channels[e], turns, parts)
-
-
-@jit
-def remove_others(
-    x: ComplexArray,
-    first: int,
-    at: int,
-    reach: int,
-    waveform: FloatArray,
-    paths: FloatArray,
-    heard: ComplexArray,
-    modelled: ComplexArray,
-    kinds: NDArray[np.int64],
-    scale: FloatArray,
-    mirrored: bool,
-    least: float,
-) -> float:
-    """Subtract known echoes from the samples `x` around bin `at` where they leave an energy of `least` there.
-
-    Parameters
-    ----------
-    x : ndarray of complex, shape (sweeps, channels, bins from `first` on)
-        Samples over `scale`.
-    first, at, reach : int
-        The bins of interest are those within `reach` of `at`.
-    waveform : ndarray
-    paths : ndarray, shape (n, 2)
-        Distances and range rates.
-    heard, modelled : ndarray of complex, shape (n, channels)
-        Amplitudes as measured, and those of a wave from the echo's direction.
-    kinds : ndarray of int, shape (n,)
-        0: take out the amplitudes that were heard. 1: those that are modelled. 2: this is the echo at `at` itself, of
-        which only the mirror image goes.
-    scale : ndarray, shape (channels,)
-    mirrored : bool
-        Samples are real: the conjugate, that is of negative distance and rate, is there too.
-    least : float
-
-    Returns
-    -------
-    float
-        Energy taken out of echoes within `reach`.
-    """
-    sweeps, m, n = x.shape
-    parts, turns, channels = np.empty((2, n)), np.empty((2, n)), np.empty(m, dtype=np.complex128)
-    _bin_turns(waveform, turns)
-    removed = 0.0
-    for e in range(paths.shape[0]):
-        distance, rate = paths[e, 0], paths[e, 1]
-        energy = 0.0
-        for c in range(m):
-            channels[c] = heard[e, c].conjugate() / scale[c]
-            energy += channels[c].real ** 2 + channels[c].imag ** 2
-        energy *= sweeps
-        beat = waveform[0] * distance + waveform[1] * rate
-        if mirrored and energy * n > least * (math.pi * max(beat + first, 1.0)) ** 2:
-            _remove(x, first, waveform, -distance, -rate, channels, turns, parts)
-        if kinds[e] == 2 or energy * part_of_energy(abs(beat - at) - reach, n) <= least:
-            continue
-        energy = 0.0
-        for c in range(m):
-            channels[c] = (modelled[e, c] if kinds[e] == 1 else heard[e, c]) / scale[c]
-            energy += channels[c].real ** 2 + channels[c].imag ** 2
-        _remove(x, first, waveform, distance, rate, channels, turns, parts)
-        if abs(beat - at) <= reach:
-            removed += energy * sweeps
-    return removed
+            sums[k, c] = phasor.conjugate() * correlated_cells(x[k, c], at, half, cells)
 
 
 @jit_uncounted
-def part_of_energy(off: float, bins: int) -> float:
-    """Return at most which part of an echo's energy is in so many bins that begin `off` bins from it."""
-    return 1.0 if off < 1.0 else min(bins / (math.pi * off) ** 2, 1.0)
-
-
-@jit_uncounted
-def _bin_turns(waveform: FloatArray, turns: FloatArray) -> None:
-    """Fill `turns` (2, n) with cosines and sines of the steps from bin to bin of Dirichlet's kernel."""
-    for j in range(turns.shape[1]):
-        turns[0, j], turns[1, j] = math.cos(j * math.pi / waveform[8]), math.sin(j * math.pi / waveform[8])
-
-
-@jit_uncounted
-def _remove(
-    x: ComplexArray,
-    first: int,
-    waveform: FloatArray,
-    distance: float,
-    rate: float,
-    channels: ComplexArray,
-    turns: FloatArray,
-    parts: FloatArray,
-) -> None:
-    n = x.shape[2]
-    q = waveform[2] * rate
-    # Far off, bins know that a sweep has a number of samples: Dirichlet's kernel, not the sinc.
-    angle = math.pi / waveform[8]
-    for k in range(x.shape[0]):
-        beat, _, _, phasor = echo_of_sweep(waveform, k, distance, rate)
-        middle = round(beat)
-        sine, cosine = math.sin(math.pi * (beat - middle)), math.cos(math.pi * (beat - middle))
-        delta = beat - first
-        if min(abs(delta), abs(delta - n + 1)) > _FAR + abs(q) and delta * (delta - n + 1) > 0.0:
-            phasor *= complex(math.cos(0.5 * math.pi * q), math.sin(0.5 * math.pi * q))
-            _far_responses(delta, first - middle, sine, cosine, q, angle, turns, parts)
-        else:
-            for j in range(n):
-                sign = 1.0 - 2.0 * (abs(first + j - middle) % 2)
-                value, _ = bin_response(delta - j, sign * sine, sign * cosine, q)
-                y = angle * (delta - j)
-                if abs(y) > 0.02:
-                    value *= y / math.sin(y)
-                parts[0, j], parts[1, j] = value.real, value.imag
-        for c in range(x.shape[1]):
-            amplitude = channels[c] * phasor
-            for j in range(n):
-                x[k, c, j] -= complex(
-                    parts[0, j] * amplitude.real - parts[1, j] * amplitude.imag,
-                    parts[0, j] * amplitude.imag + parts[1, j] * amplitude.real,
-                )
-
-
-@jit_uncounted
-def _far_responses(
-    delta: float, away: int, sine: float, cosine: float, q: float, angle: float, turns: FloatArray, parts: FloatArray
-) -> None:
-    """Fill `parts` (2, n) with the responses of bins so far off that only the two ends of the sweep count.
-
-    They are exp(i pi q / 2) / (pi (delta^2 - q^2)) times (sin(pi delta) delta, cos(pi delta) q), of which the first
-    factor is left to the caller. `turns` (2, n) are cosines and sines of `angle` times 0, 1, ...
-    """
-    start_sine, start_cosine = math.sin(angle * delta), math.cos(angle * delta)
-    for j in range(parts.shape[1]):
-        at = delta - j
-        sign = 1.0 - 2.0 * (abs(away + j) % 2)
-        # angle at / sin(angle at) takes the sinc to Dirichlet's kernel.
-        scale = sign * angle * at / ((start_sine * turns[0, j] - start_cosine * turns[1, j]) * math.pi)
-        scale /= at * at - q * q
-        parts[0, j] = scale * sine * at
-        parts[1, j] = scale * cosine * q
+def correlated_cells(row: ComplexArray, at: int, half: int, cells: FloatArray) -> complex:
+    """Return the correlation of a sweep's samples with the responses of the bins around its column `at`."""
+    re, im = 0.0, 0.0
+    for j in range(2 * half + 1):
+        b = at + used_bin(j, half)
+        if 0 <= b < row.shape[0]:
+            re += cells[0, j] * row[b].real + cells[1, j] * row[b].imag
+            im += cells[0, j] * row[b].imag - cells[1, j] * row[b].real
+    return complex(re, im)
 
 
 @jit_uncounted
@@ -359,30 +247,31 @@ def correlate(
     rate: float,
     half: int,
     cells: FloatArray,
+    series: FloatArray,
     out: FloatArray,
 ) -> None:
     """Correlate a beam's samples `z` (sweeps, bins) with an echo m and its slopes by distance (r) and rate (v).
 
     `out` (CORRELATIONS): real and imaginary parts of <m,z>, <r,z>, <v,z>, <m,r>, <m,v>, then <m,m>, <r,r>, <v,v>,
-    the real part of <r,v>; <a,b> sums conj(a) b over the bins within `half` of the echo. `cells` (CELLS, 2 half + 1) is
-    room to work in.
+    the real part of <r,v>; <a,b> sums conj(a) b over the bins within `half` of the echo. `cells` (CELLS, 2 half + 1)
+    and `series` (CELLS, TERMS) are room to work in.
     """
     s0, s1, s2, g01, g02 = 0j, 0j, 0j, 0j, 0j
     g00, g11, g22, g12 = 0.0, 0.0, 0.0, 0.0
     q = waveform[2] * rate
+    middle_series(q, series)
     for k in range(z.shape[0]):
         beat, by_rate, dt, phasor = echo_of_sweep(waveform, k, distance, rate)
         turn = 2.0 * math.pi * by_rate
         moved = waveform[0] * dt + waveform[1]
-        middle = round(beat)
-        low, high = max(middle - half, first), min(middle + half + 1, first + z.shape[1])
-        sign = 1.0 - 2.0 * (abs(low - middle) % 2)
-        sine, cosine = sign * math.sin(math.pi * (beat - middle)), sign * math.cos(math.pi * (beat - middle))
-        _bin_responses(beat - low, sine, cosine, q, high - low, cells)
+        at = used_responses(beat, q, half, series, cells) - first
         # Of this sweep: response and slope with the samples, their energies, and with each other.
         mz_re, mz_im, dz_re, dz_im, mm, dd, md_re, md_im = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(high - low):
-            sample = z[k, low - first + i]
+        for i in range(2 * half + 1):
+            b = at + used_bin(i, half)
+            if b < 0 or b >= z.shape[1]:
+                continue
+            sample = z[k, b]
             m_re, m_im, d_re, d_im = cells[0, i], cells[1, i], cells[2, i], cells[3, i]
             mz_re += m_re * sample.real + m_im * sample.imag
             mz_im += m_re * sample.imag - m_im * sample.real
@@ -410,18 +299,20 @@ def correlate(
     out[10], out[11], out[12], out[13] = g00, g11, g22, g12
 
 
-@jit_uncounted
+@jit
 def echo_slopes(first: int, waveform: FloatArray, distance: float, rate: float, slopes: ComplexArray) -> None:
     """Fill `slopes` (3, sweeps, bins from `first` on) with an echo and its slopes by distance and rate."""
+    cells = np.empty((CELLS, slopes.shape[2]))
     q = waveform[2] * rate
     for k in range(slopes.shape[1]):
         beat, by_rate, dt, phasor = echo_of_sweep(waveform, k, distance, rate)
         turn = complex(0.0, 2.0 * math.pi * by_rate)
         middle = round(beat)
         sine, cosine = math.sin(math.pi * (beat - middle)), math.cos(math.pi * (beat - middle))
+        sign = 1.0 - 2.0 * (abs(first - middle) % 2)
+        bin_responses(beat - first, sign * sine, sign * cosine, q, slopes.shape[2], cells)
         for j in range(slopes.shape[2]):
-            sign = 1.0 - 2.0 * (abs(first + j - middle) % 2)
-            m, slope = bin_response(beat - first - j, sign * sine, sign * cosine, q)
+            m, slope = complex(cells[0, j], cells[1, j]), complex(cells[2, j], cells[3, j])
             slopes[0, k, j] = phasor * m
             slopes[1, k, j] = phasor * slope * waveform[0]
             slopes[2, k, j] = phasor * (slope * (waveform[0] * dt + waveform[1]) + turn * m)
@@ -432,9 +323,6 @@ def warmup() -> None:
     x, sums = np.zeros((1, 1, 1), dtype=np.complex128), np.zeros((1, 1), dtype=np.complex128)
     waveform = np.ones(WAVEFORM)
     sums_of_channels(x, 0, waveform, 1.0, 0.0, 1, sums)
-    remove_echoes(x, 0, waveform, np.ones((1, 2)), sums)
-    kinds, scale = np.zeros(1, dtype=np.int64), np.ones(1)
-    remove_others(x, 0, 0, 1, waveform, np.ones((1, 2)), sums, sums, kinds, scale, True, 1.0)
     covariance_along(x, 0, waveform, 1.0, 0.0, 1, sums)
-    correlate(sums, 0, waveform, 1.0, 0.0, 1, np.zeros((CELLS, 3)), np.zeros(CORRELATIONS))
+    correlate(sums, 0, waveform, 1.0, 0.0, 1, np.zeros((CELLS, 3)), np.zeros((CELLS, TERMS)), np.zeros(CORRELATIONS))
     echo_slopes(0, waveform, 1.0, 0.0, np.zeros((3, 1, 1), dtype=np.complex128))

@@ -13,13 +13,7 @@ from numpy.typing import NDArray
 
 from wideberth.argument_checks import FloatArray
 from wideberth.sensors.radar.estimation.echo_kernels import sums_of_channels
-from wideberth.sensors.radar.estimation.range_rate_kernels import (
-    FIT,
-    fit_range_rates,
-    half_bin_powers,
-    search_lines,
-    search_rates,
-)
+from wideberth.sensors.radar.estimation.range_rate_kernels import half_bin_powers, search_lines, search_rates
 
 ComplexArray = NDArray[np.complex128]
 
@@ -136,37 +130,40 @@ def sharpen(
     return _distance(waveform, beat, rate), rate, power / len(z)
 
 
-def fit_range_rate(
-    z: ComplexArray, first: int, waveform: FloatArray, distance: float, rate: float, rate_max: float
-) -> EchoFit:
-    """Fit range and range rate, and weigh the range rates that the phases allow.
+def rates_allowed(waveform: FloatArray, rate_max: float) -> int:
+    """Return at most how many range rates the phases allow, up to the greatest."""
+    return math.floor(2.0 * rate_max * float(waveform[3] * waveform[5])) + 2
+
+
+def weighed_fit(table: FloatArray, sweeps: int, waveform: FloatArray, rate_max: float) -> EchoFit:
+    """Return the fit of an echo from those at the range rates that the phases allow, weighed by their likelihood.
 
     Parameters
     ----------
-    z : ndarray of complex, shape (sweeps, bins)
-        A beam's samples, noise power 1, without the phase over bins.
-    first, waveform, rate_max
+    table : ndarray, shape (n, range_rate_kernels.FIT)
+        The most likely first.
+    sweeps : int
+        In the frame.
+    waveform, rate_max
         As for `acquire`.
-    distance, rate : float
-        Where to start.
 
     Returns
     -------
     EchoFit
     """
-    turns = math.floor(2.0 * rate_max * waveform[3] * waveform[5]) + 2  # all that are within the greatest rate
-    table = np.empty((turns, FIT))
-    table = table[: fit_range_rates(z, first, waveform, distance, rate, rate_max, HALF_BINS, table)]
-    best = table[0].tolist()
+    rows: list[list[float]] = table.tolist()
+    best = rows[0]
     mean, share, variance, variance_rate = best[0], 1.0, best[6], best[7]
-    if len(table) > 1:
-        weight = np.exp(np.minimum(table[:, 2] - best[2], 0.0))
-        weight /= weight.sum()
-        mean, share = float(weight @ table[:, 0]), float(weight[0])
-        around = (best[0], best[1]) if share >= RESOLVED else (mean, float(weight @ table[:, 1]))
-        variance = float(weight @ (table[:, 6] + (table[:, 0] - around[0]) ** 2))
-        variance_rate = float(weight @ (table[:, 7] + (table[:, 1] - around[1]) ** 2))
-    if len(z) == 1:  # any range rate up to the greatest
+    if len(rows) > 1:  # too few of them for numpy
+        weight = [math.exp(min(row[2] - best[2], 0.0)) for row in rows]
+        total = sum(weight)
+        weight = [w / total for w in weight]
+        each = list(zip(weight, rows, strict=True))
+        mean, share = sum(w * row[0] for w, row in each), weight[0]
+        around = (best[0], best[1]) if share >= RESOLVED else (mean, sum(w * row[1] for w, row in each))
+        variance = sum(w * (row[6] + (row[0] - around[0]) ** 2) for w, row in each)
+        variance_rate = sum(w * (row[7] + (row[1] - around[1]) ** 2) for w, row in each)
+    if sweeps == 1:  # any range rate up to the greatest
         variance += (waveform[1] / waveform[0] * rate_max) ** 2 / 3.0
         variance_rate = rate_max**2 / 3.0
     excess = best[9] - best[2] - best[10]
@@ -174,9 +171,9 @@ def fit_range_rate(
         distance=best[0],
         rate=best[1],
         mean_distance=mean,
-        variance_distance=float(variance),
-        variance_rate=float(variance_rate),
-        resolved=len(z) > 1 and share >= RESOLVED,
+        variance_distance=variance,
+        variance_rate=variance_rate,
+        resolved=sweeps > 1 and share >= RESOLVED,
         likelihood=best[2],
         amplitude=complex(best[3], best[4]),
         weight=best[5],

@@ -56,8 +56,7 @@ class Echo:
 class Channels:
     """What the channels are near a range bin."""
 
-    noise: FloatArray
-    scale: FloatArray  # root of it
+    scale: FloatArray  # root of the noise
     response: ComplexArray  # over the scale
     adjoint: ComplexArray
     wave_energy: FloatArray  # of a wave's samples, of noise power 1, over the grid of directions

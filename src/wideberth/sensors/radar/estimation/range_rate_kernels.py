@@ -6,7 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
-from wideberth.sensors.radar.estimation.echo_kernels import CELLS, CORRELATIONS, WAVEFORM, correlate, echo_of_sweep
+from wideberth.sensors.radar.estimation.echo_kernels import (
+    CELLS,
+    CORRELATIONS,
+    TERMS,
+    WAVEFORM,
+    correlate,
+    echo_of_sweep,
+)
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -17,7 +24,7 @@ FIT = 11
 _HALVINGS = 4
 _REACH = 5.0  # gains that a step promises, as a whole way up
 _ITERATIONS, _CONVERGED = 12, 1e-5  # steps, and the gain in log-likelihood that a step must promise
-_ROUGH_ITERATIONS, _ROUGHLY = 3, 0.3
+_ROUGH_ITERATIONS, _ROUGHLY = 4, 0.3
 _HOPELESS = 14.0  # below the greatest log-likelihood
 
 
@@ -78,34 +85,41 @@ def search_rates(
     span = 1.0 / (waveform[3] * waveform[5])
     rate -= span * math.floor(rate / span + 0.5)
     best, best_beat, best_rate = -1.0, float(peak), rate
-    phasors = np.empty(sweeps, dtype=np.complex128)
+    halves = np.empty((sweeps, 4 * n))  # real and imaginary parts in turn
+    for k in range(sweeps):
+        for b in range(n):
+            a = z[k, b]
+            halves[k, 4 * b], halves[k, 4 * b + 1] = a.real, a.imag
+            if b + 1 < n:
+                a = math.sqrt(0.5) * (a + z[k, b + 1])
+                halves[k, 4 * b + 2], halves[k, 4 * b + 3] = a.real, a.imag
+    most = math.ceil(2.0 * waveform[0] * (rate_max + span) * abs(waveform[6])) + 4
+    total = np.empty((2, 2 * most + 1))
     steps = math.floor(rate_max / span + 0.5) if sweeps > 1 else 0
     for i in range(-steps, steps + 1):
         tried = rate + i * span
         middle = (peak - waveform[1] * tried) / waveform[0]
         slope = 2.0 * waveform[0] * tried * waveform[5]
         begin = 2.0 * waveform[0] * tried * waveform[6]
+        reach = min(math.ceil(abs(begin)) + 4, most)
+        for j in range(2 * reach + 1):
+            total[0, j], total[1, j] = 0.0, 0.0
         for k in range(sweeps):
             dt = waveform[6] + k * waveform[5]
             now = middle + tried * dt
             turns = waveform[3] * tried * dt + waveform[4] * (now * now - middle * middle)
             angle = -2.0 * math.pi * (turns - math.floor(turns))
-            phasors[k] = complex(math.cos(angle), math.sin(angle))
-        reach = math.ceil(abs(begin)) + 4
-        for j in range(-reach, reach + 1):
-            start = 2.0 * (peak - first) + j + begin
-            total = 0j
-            for k in range(sweeps):
-                at = math.floor(start + slope * k + 0.5)
-                if at < 0 or at > 2 * n - 2:
-                    continue
-                sample = z[k, at // 2]
-                if at % 2:
-                    sample = math.sqrt(0.5) * (sample + z[k, at // 2 + 1])
-                total += sample * phasors[k]
-            power = total.real * total.real + total.imag * total.imag
+            re, im = math.cos(angle), math.sin(angle)
+            # The paths are a half bin apart.
+            at = 2 * (peak - first) - reach + math.floor(begin + slope * k + 0.5)
+            for j in range(max(-at, 0), min(2 * n - 1 - at, 2 * reach + 1)):
+                a, b = halves[k, 2 * (at + j)], halves[k, 2 * (at + j) + 1]
+                total[0, j] += a * re - b * im
+                total[1, j] += a * im + b * re
+        for j in range(2 * reach + 1):
+            power = total[0, j] * total[0, j] + total[1, j] * total[1, j]
             if power > best:
-                best, best_beat, best_rate = power, peak + 0.5 * j, tried
+                best, best_beat, best_rate = power, peak + 0.5 * (j - reach), tried
     return best_beat, best_rate, best
 
 
@@ -140,13 +154,15 @@ def fit_echo(
     """Climb from a start to the greatest likelihood of an echo in a beam `z` (sweeps, bins) of unit noise.
 
     Gauss-Newton steps in distance and rate (in distance alone, of one sweep), halved while the likelihood falls, until
-    one promises less than `gain`; none where a likelihood of `least` is out of reach.
+    one promises less than `gain`, which is taken as promised; none where a likelihood of `least` is out of reach.
     `fit` (FIT): the likelihood is the share of the samples' energy; variances are those of the Fisher information of
     the bins used; weight is the model's energy, energy that of the `cells` samples used.
     """
-    c, tried, room = np.empty(CORRELATIONS), np.empty(CORRELATIONS), np.empty((CELLS, 2 * half + 1))
+    c, tried = np.empty(CORRELATIONS), np.empty(CORRELATIONS)
+    cells, series = np.empty((CELLS, 2 * half + 1)), np.empty((CELLS, TERMS))
     moves = z.shape[0] > 1
-    correlate(z, first, waveform, distance, rate, half, room, c)
+    correlate(z, first, waveform, distance, rate, half, cells, series, c)
+    last_r, last_v, last = 0.0, 0.0, 0.0
     # A quarter of a resolution cell at most: the likelihood is no parabola beyond.
     most_r = 0.25 / waveform[0]
     most_v = 0.25 / (waveform[3] * waveform[5] * z.shape[0])
@@ -158,7 +174,10 @@ def fit_echo(
         else:
             step_r, step_v = g_r / max(j_rr, 1e-300), 0.0
         promised = g_r * step_r + g_v * step_v
-        if promised < gain or likelihood + _REACH * promised < least:
+        if likelihood + _REACH * promised < least:
+            break
+        if promised < gain:
+            last_r, last_v, last = step_r, step_v, promised
             break
         # Where the beat is: the distance's step has the rate's coupling in it.
         beat = step_r + waveform[1] / waveform[0] * step_v
@@ -167,7 +186,7 @@ def fit_echo(
         step_v /= shrink
         better = False
         for _ in range(_HALVINGS):
-            correlate(z, first, waveform, distance + step_r, rate + step_v, half, room, tried)
+            correlate(z, first, waveform, distance + step_r, rate + step_v, half, cells, series, tried)
             if (tried[0] * tried[0] + tried[1] * tried[1]) / max(tried[10], 1e-300) >= likelihood:
                 better = True
                 break
@@ -180,6 +199,9 @@ def fit_echo(
         for i in range(CORRELATIONS):
             c[i] = tried[i]
     _finished(z, first, waveform, distance, rate, half, c, fit)
+    fit[0] += last_r
+    fit[1] += last_v
+    fit[2] += last
 
 
 @jit_uncounted

@@ -76,15 +76,25 @@ def channel_powers(config: RadarConfig, image: ComplexImage, *, moving_target: b
     left, right = (np.stack([e.T.real, e.T.imag], axis=2).astype(np.float64) for e in _edges(config, image))
     power = np.empty((channels, bins))
     mean = np.empty((channels, 2 * bins if moving_target else 0))
-    adjacent = image if image.strides[2] == image.itemsize else np.ascontiguousarray(image)
-    rows = adjacent.view(np.float32)
+    values, by_sweep, by_channel = _in_one_dimension(image)
     hann = config.processing.window == "hann"
-    for channel in range(channels):
-        add_powers(rows[:, channel], hann, left[channel], right[channel], power[channel], mean[channel])
+    for c in range(channels):
+        add_powers(values[c * by_channel :], by_sweep, hann, left[c], right[c], power[c], mean[c])
     if not moving_target:
         return np.asarray(power / sweeps)
     still = (mean**2).reshape(channels, bins, 2).sum(axis=2) / sweeps
     return np.asarray(np.maximum(power - still, 0.0) / (sweeps - 1))
+
+
+def _in_one_dimension(image: ComplexImage) -> tuple[NDArray[np.float32], int, int]:
+    """Return the memory of an image as real numbers, and how many of them are from sweep to sweep and channel."""
+    if image.strides[2] != image.itemsize or min(image.strides) < 0:
+        image = np.ascontiguousarray(image)
+    sweeps, channels, bins = image.shape
+    by_sweep, by_channel = (stride // image.itemsize for stride in image.strides[:2])
+    held = (sweeps - 1) * by_sweep + (channels - 1) * by_channel + bins
+    values = np.lib.stride_tricks.as_strided(image, (held,), (image.itemsize,), writeable=False)
+    return values.view(np.float32), 2 * by_sweep, 2 * by_channel
 
 
 def moving_targets(image: ComplexImage) -> ComplexImage:

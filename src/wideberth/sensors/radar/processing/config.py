@@ -71,6 +71,9 @@ class ProcessingConfig(PartConfig):
         By how much (1 sigma) the receiver's gain may wander from a noise run, in an hour.
     clipped_share : float
         A channel with more than this share of its samples at its greatest or least value is not used.
+    echo_spread_m, echo_rate_spread_mps : float
+        Where on an aircraft its echo comes from, and how fast it moves there: standard deviations that plots have at
+        least in a plot file. A strong echo alone would be known to a tenth of a millimetre.
     reference_rcs_m2 : float
         Mean cross-section that a scan's probability of detection is given for (that of the aircraft of thesis 4.5).
     """
@@ -94,6 +97,8 @@ class ProcessingConfig(PartConfig):
     max_plots: int = Field(default=64, ge=1, le=4096)
     noise_drift_db_per_sqrt_hour: float = Field(default=0.1, ge=0.0, le=100.0)
     clipped_share: float = Field(default=0.1, gt=0.0, le=1.0)
+    echo_spread_m: float = Field(default=0.05, gt=0.0)
+    echo_rate_spread_mps: float = Field(default=0.02, gt=0.0)
     reference_rcs_m2: float = Field(default=0.1, gt=0.0)
 
     @model_validator(mode="after")

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from wideberth.errors import InputError
 from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.processing.sample_extremes_kernels import sample_extremes
 
 _EVERY = 7  # samples that are counted: a share of a tenth is had well enough
 _GLANCE = 8  # of those, for a first look that tells the usual channel, without clipped samples, from others
@@ -57,15 +58,16 @@ def usable_samples(config: RadarConfig, samples: NDArray[Any]) -> UsableSamples:
         If no channel, or no sweep, is left.
     """
     parts = samples.view(np.float32)
-    high, low = parts.max(axis=2), parts.min(axis=2)
-    finite = np.isfinite(high) & np.isfinite(low)
+    high, low = np.empty(parts.shape[:2], np.float32), np.empty(parts.shape[:2], np.float32)
+    sample_extremes(parts.ravel(), high.ravel(), low.ravel())
+    finite: NDArray[np.bool_] = np.isfinite(high) & np.isfinite(low)
     broken = 2 * np.count_nonzero(~finite, axis=0) > len(finite)
     top = np.max(high, axis=0, initial=-np.inf, where=finite)
     bottom = np.min(low, axis=0, initial=np.inf, where=finite)
     constant = ~broken & (top == bottom)
     clipped = ~broken & ~constant & _clipped(config, parts, high == top, low == bottom, top, bottom)
     used = ~(broken | constant | clipped)
-    whole = finite[:, used].all(axis=1)
+    whole = np.asarray(finite[:, used].all(axis=1))
     sweeps = _longest_run(whole)
     kept = sweeps.stop - sweeps.start
     rejects = {

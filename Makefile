@@ -54,6 +54,7 @@ experiments: setup  ## every study in full, hours; 50 missions in a recording wi
 	$(BIN)/python -m experiments.fusion_consistency docs/results/fusion_consistency.md
 	$(BIN)/python -m experiments.cas_encounters
 	$(BIN)/python -m experiments.ground_radar
+	$(BIN)/python -m experiments.scenario_table
 	$(BIN)/python -m experiments.live_soak
 	$(BIN)/python -m experiments.real_traffic_missions $(if $(TRAFFIC),--traffic $(TRAFFIC)) $(if $(SEED),--seed $(SEED))
 

@@ -1,6 +1,7 @@
 """One run of a scenario: the loop, the recording, the scores and the report."""
 
 import dataclasses
+import gc
 import json
 import time
 from collections.abc import Callable, Mapping
@@ -89,6 +90,8 @@ def run_scenario(
 
     world = build_world(scenario, mission, traffic, observe)
     pipeline = build_pipeline(scenario, counter)
+    # To collect all that is loaded would take as long as a hundred cycles, and fall into one of them.
+    gc.freeze()
     try:
         if out is None:
             _loop(scenario, world, pipeline, traffic, clock, mission, metrics, None, progress, planned, longest)
@@ -103,6 +106,7 @@ def run_scenario(
             summary = _summary(scenario, metrics, mission, world, traffic, pipeline.counters)
             recorder.write_summary(summary)
     finally:
+        gc.unfreeze()
         if traffic.source is not None:
             traffic.source.close()
     try:

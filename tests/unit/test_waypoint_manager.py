@@ -202,7 +202,7 @@ def test_tentative_tracks_and_the_ownships_own():
 def test_hypotheses_and_widening():
     covariance = np.diag([100.0, 100.0, 400.0, 1, 1, 1, 0.01, 0.01, 0.01])
     turning = dataclasses.replace(tracks()[0], acceleration=np.array([0.0, -1.7, 0.0]), covariance=covariance)
-    config = AStarConfig(turn_hypothesis=True, climb_hypothesis_mps=2.0, sigmas=2.0, sigma_cap=0.25)
+    config = AStarConfig(turn_hypothesis=True, climb_hypothesis_mps=2.0, sigmas=2.0, sigma_cap=0.25, climb_sigmas=0.0)
     rows = Predictor(config).predict(0.0, own(), [turning])[0].rows
     assert len(rows) == 4
     np.testing.assert_allclose(rows[:, 6], 153.0 + 20.0)

@@ -219,7 +219,8 @@ def search(
     volumes, vertices : ndarray
         Keep-out volumes. No edge enters one, but those that the start is in already: there each edge costs `K_MAX`.
     expansions_max, distances_max : int
-        The search ends after so many nodes, or pieces of edges compared with intruders: this bounds its time.
+        The search ends after so many nodes, or looks at intruders (those near an edge are looked at `SAMPLES` times):
+        this bounds its time.
     memory : Search
         Overwritten.
 
@@ -311,7 +312,7 @@ def search(
             added += cost[K_N] * math.hypot(float(nj), float(nl)) + (cost[K_LEFT] if turn < 0 else 0.0)
             for k in range(n_near):
                 added += threat_cost(a, b, t, duration, intruders[memory.near[k]], cost)
-            distances += n_near * SAMPLES
+            distances += n_near * SAMPLES + count
             for m in range(count):
                 added += passing_cost(a, b, t, duration, intruders[m], cost)
             key = state_key(ni, nj, nl, new_head, int(arrival / grid[TIME_BIN]), width, aside, levels, bins, grid)

@@ -154,13 +154,17 @@ class AStarConfig(PartConfig):
         A conflict counts where the intruder is this near now, or the cylinder is entered this soon (d_th, tau_th).
     detections_needed : int
         N_col: so many consecutive detections begin a maneuver, or replace it.
+    known_share, decide_by_s : float
+        An entry later than `decide_by_s` counts only once its place is known within this share of the cylinder's radius
+        and half-height (one standard deviation): the velocities of young tracks are too poor to choose a side by. For
+        one that is avoided already it is `urgent_s` instead.
     decision_period_s : float
         Time between decisions.
     settle_s, urgent_s : float
         A new maneuver is not replaced for so long, unless a cylinder is entered within `urgent_s`.
     replace_share : float
-        A maneuver flagged as the least bad is replaced by another that is not free only if that is in cylinders for at
-        most so much of the time.
+        A maneuver is replaced by a path of another sense that is not free only if that is in cylinders for at most so
+        much of the time.
     return_after_s : float
         A maneuver ends early once the straight way back to the mission has been free for so long.
     cell_m, cell_height_m : float
@@ -171,7 +175,7 @@ class AStarConfig(PartConfig):
     time_bin : float
         Width of a bin of arrival times, in times of a level step.
     expansions_max, distances_max : int
-        Budget of the searches of one decision: nodes, and distances to intruders; then the best path so far is taken.
+        Budget of the searches of one decision: nodes, and looks at intruders; then the best path so far is taken.
     chain_distances_max : int
         The same for the chains, which then stop where they are.
     length_ratio_max : float
@@ -183,6 +187,9 @@ class AStarConfig(PartConfig):
         Plan in one level, and leave heights out of it: everybody is taken as at the ownship's altitude (thesis 5.3).
     turn_hypothesis, climb_hypothesis_mps : bool, float
         Also expect that a turn seen now goes on for `turn_time_s`; that an intruder begins to climb or sink so fast.
+    climb_sigmas : float
+        Paths also keep clear of a climb rate so many standard deviations higher and lower, while the height in
+        `decide_by_s` seconds is not known within `known_share`. It is no conflict that begins a maneuver.
     level_hypothesis : bool
         Also expect that an intruder that climbs or sinks levels off: climb rates are the least that tracks know.
     turn_significance, turn_time_s : float
@@ -212,9 +219,11 @@ class AStarConfig(PartConfig):
     detection_height_m: float = Field(300.0, gt=0)
     detection_time_s: float = Field(gt=0)
     detections_needed: int = Field(3, ge=1, le=100)
+    known_share: float = Field(0.3, gt=0, le=100)
+    decide_by_s: float = Field(12.0, ge=0)
     decision_period_s: float = Field(0.1, gt=0, le=10)
     settle_s: float = Field(3.0, ge=0)
-    urgent_s: float = Field(10.0, ge=0)
+    urgent_s: float = Field(6.0, ge=0)
     replace_share: float = Field(0.25, gt=0, le=1)
     return_after_s: float = Field(2.0, ge=0)
     cell_m: float = Field(gt=0)
@@ -223,14 +232,15 @@ class AStarConfig(PartConfig):
     aside_cells: int = Field(8, ge=1, le=60)
     levels: int = Field(3, ge=1, le=10)
     time_bin: float = Field(0.5, gt=0, le=10)
-    expansions_max: int = Field(1500, ge=10, le=100_000)
-    distances_max: int = Field(300_000, ge=1000, le=100_000_000)
+    expansions_max: int = Field(1000, ge=10, le=100_000)
+    distances_max: int = Field(150_000, ge=1000, le=100_000_000)
     length_ratio_max: float = Field(1.25, ge=1)
     chain_distances_max: int = Field(100_000, ge=1000, le=100_000_000)
     intruders_max: int = Field(32, ge=1, le=1000)
     constant_altitude: bool
     turn_hypothesis: bool = False
     climb_hypothesis_mps: float = Field(0.0, ge=0, le=50)
+    climb_sigmas: float = Field(1.5, ge=0, le=6)
     level_hypothesis: bool = False
     turn_significance: float = Field(1.5, ge=0)
     turn_time_s: float = Field(20.0, ge=0)

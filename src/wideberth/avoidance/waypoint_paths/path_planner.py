@@ -94,8 +94,9 @@ class PathPlanner:
         return JudgedPath(points, times, cell, inside, entry, entries, complete)
 
     def plan(
-        self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction
-    ) -> JudgedPath | None:
+        self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction,
+        share: float = 1.0,
+    ) -> JudgedPath | None:  # fmt: skip
         """Search a path to the goal.
 
         Parameters
@@ -106,6 +107,8 @@ class PathPlanner:
             Of the ownship, rad; NaN where it hardly moves.
         limits : Limits
         prediction : Prediction
+        share : float
+            Of the budget.
 
         Returns
         -------
@@ -117,7 +120,9 @@ class PathPlanner:
         if config.constant_altitude:
             goal = np.array([goal[0], goal[1], start[2]])
         intruders = prediction.widened(config.plan_margin)
-        expansions, distances, chain_distances = config.expansions_max, config.distances_max, config.chain_distances_max
+        expansions, distances, chain_distances = (
+            int(share * most) for most in (config.expansions_max, config.distances_max, config.chain_distances_max)
+        )
         wanted = config.length_ratio_max * math.dist(start, goal)
         best: JudgedPath | None = None
         for berth, cell_share in _TRIES:

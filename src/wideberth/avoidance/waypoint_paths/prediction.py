@@ -5,6 +5,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from wideberth.avoidance.waypoint_paths import intruder_kernels as ik
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
@@ -24,16 +25,24 @@ class Prediction:
         With cylinders of the size that is to be kept, without margins.
     owners : tuple of Track
         Whose each row is.
+    doubts : ndarray of bool, shape (m,)
+        Rows that are no more than possible: paths keep clear of them, but they are no reason for a maneuver.
     """
 
     rows: FloatArray
     owners: tuple[Track, ...]
+    doubts: NDArray[np.bool_]
 
     def widened(self, margin: float) -> FloatArray:
         """Return the rows with cylinders larger by a fraction."""
         rows = self.rows.copy()
         rows[:, [ik.RADIUS, ik.HALF_HEIGHT]] *= 1.0 + margin
         return rows
+
+    def sigmas_at(self, i: int, t: float) -> tuple[float, float]:
+        """Return how well it is known where row `i` will be in `t` seconds: horizontally (per axis), vertically, m."""
+        north, east, down = _variances_at(self.owners[i], t)
+        return math.sqrt(max(0.5 * (north + east), 0.0)), math.sqrt(max(down, 0.0))
 
 
 class Predictor:
@@ -58,6 +67,7 @@ class Predictor:
         config, events = self._config, []
         rows: list[FloatArray] = []
         owners: list[Track] = []
+        doubts: list[bool] = []
         unsound = set()
         for track in tracks:
             if track.is_ownship or (track.status is TrackStatus.TENTATIVE and not config.tentative):
@@ -76,12 +86,14 @@ class Predictor:
                     self.counters["unusable"] += 1
                     continue
                 used, doubt = stand_in, config.sigma_cap
-            for row in self._hypotheses(t, used, doubt, ownship):
-                rows.append(row)
-                owners.append(used)
+            expected = self._hypotheses(t, used, doubt, ownship)
+            possible = self._climb_doubts(used, expected[0])
+            rows += [*expected, *possible]
+            owners += [used] * (len(expected) + len(possible))
+            doubts += [False] * len(expected) + [True] * len(possible)
         self._unsound = unsound
         self._sound = {key: track for key, track in self._sound.items() if t - track.t <= config.ghost_s}
-        return self._soonest(ownship, rows, owners), tuple(events)
+        return self._soonest(ownship, rows, owners, doubts), tuple(events)
 
     def _stand_in(self, t: float, track: Track) -> Track | None:
         """Return the last sound state of a track that is not finite, or what of it still says where it is."""
@@ -123,12 +135,17 @@ class Predictor:
             level = row.copy()
             level[ik.V_DOWN] = 0.0
             rows.append(level)
-        if config.climb_hypothesis_mps > 0.0 and not config.constant_altitude:
-            for change in (-config.climb_hypothesis_mps, config.climb_hypothesis_mps):
-                climbing = row.copy()
-                climbing[ik.V_DOWN] += change
-                rows.append(climbing)
+        if not config.constant_altitude:
+            rows += _climbing(row, config.climb_hypothesis_mps)
         return rows
+
+    def _climb_doubts(self, track: Track, row: FloatArray) -> list[FloatArray]:
+        """Return the rows of climb rates that are possible too; none once the height is known as conflicts need it."""
+        config = self._config
+        down = _variances_at(track, config.decide_by_s)[2]
+        if config.constant_altitude or down <= (config.known_share * 0.5 * config.separation_height_m) ** 2:
+            return []
+        return _climbing(row, config.climb_sigmas * math.sqrt(max(float(track.covariance[5, 5]), 0.0)))
 
     def _turn_rate(self, track: Track) -> float:
         """Return the turn rate (rad/s, positive clockwise from above) that the track's acceleration shows, if any."""
@@ -140,7 +157,7 @@ class Predictor:
         sigma = math.sqrt(max(0.5 * (track.covariance[6, 6] + track.covariance[7, 7]), 0.0))
         return lateral / speed if abs(lateral) > self._config.turn_significance * sigma else 0.0
 
-    def _soonest(self, ownship: Ownship, rows: list[FloatArray], owners: list[Track]) -> Prediction:
+    def _soonest(self, ownship: Ownship, rows: list[FloatArray], owners: list[Track], doubts: list[bool]) -> Prediction:
         most = self._config.intruders_max
         if len(rows) > most:
             array = np.array(rows)
@@ -148,8 +165,28 @@ class Predictor:
             closing = np.hypot(array[:, 3], array[:, 4]) + math.hypot(*ownship.velocity[:2])
             order = np.argsort(distance / np.maximum(closing, 1e-3), kind="stable")[:most]
             self.counters["left_out"] += len(rows) - most
-            return Prediction(array[order], tuple(owners[i] for i in order))
-        return Prediction(np.array(rows).reshape(-1, ik.N_INTRUDER), tuple(owners))
+            return Prediction(array[order], tuple(owners[i] for i in order), np.array(doubts)[order])
+        return Prediction(np.array(rows).reshape(-1, ik.N_INTRUDER), tuple(owners), np.array(doubts, bool))
+
+
+def _climbing(row: FloatArray, change: float) -> list[FloatArray]:
+    """Return a row with a climb rate higher and one with a lower one, if there is a change (m/s)."""
+    if change <= 0.0:
+        return []
+    rows = []
+    for sign in (-1.0, 1.0):
+        climbing = row.copy()
+        climbing[ik.V_DOWN] += sign * change
+        rows.append(climbing)
+    return rows
+
+
+def _variances_at(track: Track, t: float) -> list[float]:
+    """Return the variances of where a track will be in `t` seconds: north, east, down, m^2."""
+    p = track.covariance
+    now, both, rate = p[:3, :3].diagonal(), p[:3, 3:6].diagonal(), p[3:6, 3:6].diagonal()
+    variances: list[float] = (now + 2.0 * t * both + t * t * rate).tolist()
+    return variances
 
 
 def _finite(track: Track) -> bool:

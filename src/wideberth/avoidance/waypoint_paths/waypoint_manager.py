@@ -137,10 +137,30 @@ class AStarPlanner:
         config = self._config
         own = np.array(ownship.position, float)
         return any(
-            entry <= config.detection_time_s
-            or (entry < math.inf and near_now(own, row, config.detection_distance_m, config.detection_height_m))
-            for entry, row in zip(path.entries, prediction.rows, strict=True)
+            (
+                entry <= config.detection_time_s
+                or (entry < math.inf and near_now(own, row, config.detection_distance_m, config.detection_height_m))
+            )
+            and not prediction.doubts[i]
+            and self._is_known(i, entry, prediction)
+            for i, (entry, row) in enumerate(zip(path.entries, prediction.rows, strict=True))
         )
+
+    def _is_known(self, i: int, entry: float, prediction: Prediction) -> bool:
+        """Return whether it is known well enough where an intruder will be, or there is no time to learn more.
+
+        For one that is avoided already there is until it is urgent: what is flown was chosen against it, and changing
+        the sense costs seconds.
+        """
+        config = self._config
+        avoided = self._maneuver is not None and prediction.owners[i].id in self._maneuver.threat_ids
+        if entry <= (config.urgent_s if avoided else config.decide_by_s):
+            return True
+        level, vertical = prediction.sigmas_at(i, entry)
+        if config.constant_altitude:
+            vertical = 0.0
+        share = config.known_share
+        return level <= share * config.separation_radius_m and vertical <= share * 0.5 * config.separation_height_m
 
     def _cut_short(
         self, t: float, x: FloatArray, limits: Limits, prediction: Prediction, mission: Mission
@@ -153,7 +173,13 @@ class AStarPlanner:
         left = path_length(_distinct(x[:3], self._path[self._index :], mission.waypoints[self._rejoin :]))
         rest = mission.waypoints[rejoin:]
         back = None
-        if path_length(_distinct(x[:3], goal[np.newaxis], rest)) < _SHORTER * left:
+        # A path seems free of one whose height is unknown, too.
+        known = all(
+            self._is_known(i, self._config.decide_by_s, prediction)
+            for i, owner in enumerate(prediction.owners)
+            if owner.id in maneuver.threat_ids
+        )
+        if known and path_length(_distinct(x[:3], goal[np.newaxis], rest)) < _SHORTER * left:
             back = self._planner.way_back(x[:3].copy(), self._course(x, limits), goal, rest, limits, prediction)
         if back is None:
             self._free_since = math.inf
@@ -187,31 +213,33 @@ class AStarPlanner:
     ) -> tuple[Maneuver | None, tuple[str, ...]]:
         course = self._course(x, limits)
         new: JudgedPath | None = None
+        followed: JudgedPath | None = None
         (goal, rejoin), *others = self._goals(x, limits, mission)
         if self._maneuver is not None:
             points = _distinct(x[:3], self._path[self._index :])
-            new = self._planner.follow(points, course, self._cell, limits, prediction)
-            if new is not None and new.free:
-                rejoin = self._rejoin
-            else:
-                new = None
-        if new is None:
-            new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction)
+            followed = self._planner.follow(points, course, self._cell, limits, prediction)
+        if followed is not None and followed.free:
+            new, rejoin = followed, self._rejoin
+        else:
+            share = 0.5 if others else 1.0
+            new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction, share)
             if others and (new is None or not new.free):
                 # Somebody may cover the next waypoint: then it is given up for the one after it.
-                farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction)
+                farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction, share)
                 if farther is not None and (new is None or farther.inside < new.inside):
                     new, (goal, rejoin) = farther, others[0]
         ahead = self._planner.judge(_up_to(kept, goal), limits.speed, prediction, kept.cell)
-        # Between paths that are not free the one begun is worth more: changing the sense takes time. The first is said.
-        least_bad = self._maneuver is not None and self._maneuver.least_bad
-        share = self._config.replace_share if least_bad else 1.0
-        if new is None or new.inside >= ahead.inside or (not new.free and new.inside > share * ahead.inside):
+        if self._maneuver is not None and not (new is not None and new.free):
+            # Between paths that are not free the one begun is worth more: changing the sense takes time.
+            same = followed if followed is not None and followed.inside < ahead.inside else ahead
+            if new is None or new.inside > self._config.replace_share * same.inside:
+                new, rejoin = same, self._rejoin
+        if new is None or new.inside >= ahead.inside:
             # Nothing better than flying on; the conflict may lie beyond the goal, and is left for when that is passed.
             if self._maneuver is not None or ahead.free:
                 self._counts["kept"] += 1
                 return self._maneuver, events
-            new = ahead
+            new = ahead  # the first is said
         return self._adopt(t, x, new, rejoin, prediction, threats, kept, events)
 
     def _goals(self, x: FloatArray, limits: Limits, mission: Mission) -> list[tuple[FloatArray, int]]:
@@ -249,7 +277,8 @@ class AStarPlanner:
         events: tuple[str, ...],
     ) -> tuple[Maneuver, tuple[str, ...]]:
         order = sorted(
-            np.flatnonzero(kept.entries < math.inf), key=lambda i: (kept.entries[i], prediction.owners[i].id)
+            np.flatnonzero((kept.entries < math.inf) & ~prediction.doubts),
+            key=lambda i: (kept.entries[i], prediction.owners[i].id),
         )
         involved = list(dict.fromkeys(prediction.owners[i].id for i in order))
         first = prediction.owners[order[0]] if order else None

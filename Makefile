@@ -52,6 +52,8 @@ experiments: setup  ## every study in full, hours; 50 missions in a recording wi
 	$(BIN)/python -m experiments.radar_estimators
 	$(BIN)/python -m experiments.plot_model_fit
 	$(BIN)/python -m experiments.fusion_consistency docs/results/fusion_consistency.md
+	$(BIN)/python -m experiments.tracker_benchmark docs/results/tracker_benchmark.md
+	$(BIN)/python -m experiments.close_pairs
 	$(BIN)/python -m experiments.cas_encounters
 	$(BIN)/python -m experiments.ground_radar
 	$(BIN)/python -m experiments.scenario_table

@@ -116,6 +116,7 @@ class Pipeline:
         self._planner = planner
         self._lost = LostTraffic(lost_memory)
         self._own = OwnTracks()
+        self._receivers: set[str] = set()
         self._navigation = NavigationWatch()
         self._levels = AlertFilter(LEVEL_HOLD)
         self._assess: Callable[..., tuple[Threat, ...]] = detector.assess
@@ -152,7 +153,8 @@ class Pipeline:
         sure = ownship.state == "ok"
         found, events = self._tracker.step(t, scans, ownship if sure else None)
         radars = [scan.sensor_position for scan in scans if scan.kind.startswith("radar")]
-        tracks = self._own.step(found, ownship.position, sure, radars)
+        self._receivers.update(scan.sensor for scan in scans if scan.kind == "adsb")
+        tracks = self._own.step(found, ownship.position, sure, radars, self._receivers)
         # Not all trackers merge tracks.
         absorbed: Mapping[str, str] = getattr(self._tracker, "absorbed", {})
         lost = self._lost.step(t, tracks, absorbed)

@@ -84,3 +84,33 @@ def straight_line_fit(
 def log_normal(e: FloatArray, s: FloatArray) -> float:
     """Return the log density of an innovation."""
     return float(multivariate_normal(np.zeros(len(e)), s).logpdf(e))
+
+
+def merged_density(a: FloatArray, b: FloatArray, z: FloatArray, variance: FloatArray, sight: FloatArray) -> float:
+    """Density of a plot that is two aircraft at once, in m of its elements; 0: it is not.
+
+    `a` and `b` are direction (3), range, azimuth, elevation and the variances of range and across. The plot may lie on
+    the straight line between two aircraft less than five range sigmas and forty angle sigmas apart, less three sigmas.
+    """
+    angle = np.sqrt(np.nanmax(variance[1:3]) if np.isfinite(z[2]) else variance[1])
+    apart = np.arccos(np.clip(a[:3] @ b[:3], -1.0, 1.0))
+    if abs(a[3] - b[3]) > 5.0 * np.sqrt(variance[0]) + 3.0 * np.sqrt(a[6] + b[6]) or apart > min(40.0 * angle, 0.5):
+        return 0.0
+    share = np.linspace(0.0, 1.0, 4001)[:, None]
+    off = np.linalg.norm(sight - (1.0 - share) * a[:3] - share * b[:3], axis=1).min() * a[3]
+    across = np.sqrt((a[3] * angle) ** 2 + max(a[7], b[7]))
+    nearest, farthest = min(a[3], b[3]) * np.cos(0.5 * apart), max(a[3], b[3])
+    along = np.sqrt(variance[0] + max(a[6], b[6]))
+    beyond = abs(z[0] - np.clip(z[0], nearest, farthest))
+    if beyond > 3.0 * along or off > 3.0 * across:
+        return 0.0
+    bell = np.exp(-0.5 * ((off / across) ** 2 + (beyond / along) ** 2))
+    root = np.sqrt(2.0 * np.pi)
+    density = bell / (root * along + farthest - nearest) / (root * across + a[3] * np.linalg.norm(a[:3] - b[:3]))
+    return float(density / (root * across) if np.isfinite(z[2]) else density)
+
+
+def shared_plots(density: FloatArray) -> dict[tuple[int, int], int]:
+    """The plot that two tracks may share, for each pair that has exactly one: `density` is (tracks, tracks, plots)."""
+    pairs = itertools.combinations(range(len(density)), 2)
+    return {(i, j): int(density[i, j].argmax()) for i, j in pairs if np.count_nonzero(density[i, j]) == 1}

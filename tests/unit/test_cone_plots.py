@@ -1,11 +1,16 @@
 """Plots of a line of elements: what angle and errors a cone stands for, against drawn errors."""
 
+import dataclasses
 import math
+import os
 
 import numpy as np
 import pytest
 
+from wideberth.simulation.radar_plots import radar_plots, radar_scan
 from wideberth.tracking.multi_target.intake_kernels import azimuth_on_cone, cone_at_height
+from wideberth.tracking.multi_target.tracker import MultiTargetTracker
+from wideberth.types import TrackStatus
 
 
 def tilted(pitch, yaw):
@@ -55,3 +60,43 @@ def test_a_cone_that_does_not_meet_the_height_is_left_as_it_is():
     variance = np.ones(4)
     assert not cone_at_height(np.eye(3), 50.0, -80.0, 2.0, z, variance)
     assert z[1] == 0.1 and (variance == 1.0).all()
+
+
+def flown(seed, height, kind, course):
+    """Confirmed tracks after 10 s before a line array (or a 2-D radar) that looks north, and the truth."""
+    rng = np.random.default_rng(seed)
+    t, azimuth = 0.1 * np.arange(100), rng.uniform(-0.6, 0.6)
+    start = rng.uniform(220.0, 320.0) * np.array([math.cos(azimuth), math.sin(azimuth), 0.0]) - [0.0, 0.0, height]
+    speed = 10.0 * np.array([math.cos(course), math.sin(course), 0.0])
+    place, speeds = (start + t[:, None] * speed)[:, None], np.tile(speed, (len(t), 1, 1))
+    view = {"field_of_view": (math.radians(60.0), math.radians(40.0)), "range_max": 500.0}
+    plots, _ = radar_plots(rng, place, speeds, clutter_max=1, detection_probability=0.9, **view)
+    tracker = MultiTargetTracker(MultiTargetTracker.Config())
+    for k in range(len(t)):
+        scan = radar_scan(plots, k)
+        z = scan.z.copy()
+        if kind == "radar_cone":
+            z[:, 1] = np.arcsin(np.sin(z[:, 1]) * np.cos(z[:, 2]))
+        z[:, 2] = np.nan
+        tracks = tracker.step(float(t[k]), [dataclasses.replace(scan, kind=kind, z=z)])[0]
+    held = [track for track in tracks if track.status is not TrackStatus.TENTATIVE]
+    return held, place[-1, 0], speed
+
+
+@pytest.mark.skipif(
+    os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="thousands of scans: minutes without the compiler"
+)
+@pytest.mark.parametrize("kind", ["radar", "radar_cone"])
+@pytest.mark.parametrize("height", [0.0, 40.0, 90.0])
+def test_without_elevation_and_altitude_a_track_is_born_and_says_how_little_it_knows(kind, height):
+    """Ten flights. The height's error is part of what is reported: horizontally within 3 sigma always."""
+    for seed in range(10):
+        tracks, place, speed = flown(seed, height, kind, course=0.6 * seed)
+        assert len(tracks) == 1
+        x, p = tracks[0], tracks[0].covariance
+        e, v = (x.position - place)[:2], (x.velocity - speed)[:2]
+        assert e @ np.linalg.solve(p[:2, :2], e) < 14.0 and v @ np.linalg.solve(p[3:5, 3:5], v) < 14.0
+        # The range is known all the same; a line array knows what is across its forward axis.
+        assert abs(np.linalg.norm(x.position) - np.linalg.norm(place)) < 5.0
+        assert kind == "radar" or abs(e[1]) < 5.0
+        assert abs(place[2] - x.position[2]) < 3.0 * math.sqrt(p[2, 2]) and math.sqrt(p[2, 2]) > 50.0

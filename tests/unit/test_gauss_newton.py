@@ -120,10 +120,11 @@ def test_two_plots_leave_the_state_open():
     assert np.isnan(p).all() or np.linalg.cond(p) > 1e12
 
 
-def example(limits, draws):
+def example(limits, draws, aside=(1.0, 1.0)):
     plots, sensor, attitude = plots_of(TRUE, TIMES)
     rng = np.random.default_rng(0)
-    start = PRINTED_START + np.array([1.0, 1.0, 0, 0, 0, 0, 0, 0, 0])
+    start = PRINTED_START.copy()
+    start[:2] += aside
     found = []
     for _ in range(draws):
         noisy = plots + rng.normal(size=(3, 3)) * SIGMA
@@ -133,13 +134,19 @@ def example(limits, draws):
     return found
 
 
+def right(found):
+    """How many are the flight that the plots are of: within 20 m and 10 m/s, and not straight up or down."""
+    states = [x for _, x in found if np.linalg.norm(x[:3] - TRUE[:3]) < 20.0 and abs(x[3] - TRUE[3]) < 10.0]
+    return sum(abs(x[5]) < math.radians(80.0) for x in states)
+
+
 def test_the_example_of_the_thesis_converges_as_its_errata_say():
     """With table 3.5's limits 196 of 200 draws in 17 iterations (median), and the RMS errors that are listed.
 
     Bounds: 99.9 % of the counts of another 200 draws at 0.98; RMS errors within a third, as few outliers make them.
     """
     found = example(LIMITS, 200)
-    assert len(found) >= 188
+    assert len(found) >= 188 and right(found) == len(found)
     assert 15 <= np.median([iterations for iterations, _ in found]) <= 19
     error = np.array([x - TRUE for _, x in found])
     error[:, 4] = (error[:, 4] + math.pi) % (2 * math.pi) - math.pi
@@ -148,6 +155,14 @@ def test_the_example_of_the_thesis_converges_as_its_errata_say():
     np.testing.assert_allclose(rms, [1.9, 1.9, 1.8, 2.4, 12.5, 10.8, 1.2, 6.6, 5.6], rtol=0.33)
 
 
-def test_without_limits_few_draws_converge():
-    """About 35 of 200 (errata); without the step limits most diverge, whatever the details."""
-    assert len(example(FREE, 100)) < 40
+@pytest.mark.parametrize(
+    ("aside", "least", "most"), [((-1.0, -1.0), 22, 56), ((1.0, 1.0), 38, 80), ((1.0, -1.0), 70, 116)]
+)
+def test_without_limits_few_draws_converge(aside, least, most):
+    """About 35 of 200 (errata) are those of a start moved back by a metre; the other ways make it 58, 70 and 93.
+
+    Bounds are three standard deviations of a count at 38, 58 and 93 of 200. Most of what converges is no such flight.
+    """
+    found = example(FREE, 200, aside)
+    assert least <= len(found) <= most
+    assert right(found) < 0.5 * len(found)

@@ -330,12 +330,17 @@ def test_a_filter_is_reported_at_the_time_asked_for():
     np.testing.assert_allclose(p[0, :6, :6], covariance[:6, :6], rtol=0.02, atol=0.5)
 
 
+def find_heard(ears, t, telemetry, covariance, test, addressed=False):
+    parts = (telemetry, covariance, MOTION, test, addressed, ears.events, ears.event_count, ears.scratch)
+    return find_heard_ownship(ears.bank, ears.filters, ears.heard, t, 0.1, *parts)
+
+
 def test_the_ownship_among_those_heard_is_the_one_that_the_test_of_estimates_finds():
-    ears, test = Ears(), OwnshipTest(3.0, 0.5, 22.0, 35.0, 9.0, -25.0)
+    ears, test = Ears(), OwnshipTest(3.0, 0.5, 22.0, 35.0, 9.0, -28.0)
     for t in range(4):
         ears.take(float(t), row=0)
         ears.take(float(t), PLACE + 700.0 + t * SPEED, row=1)
-    ears.heard.status[:2] = CONFIRMED
+    ears.heard.status[:2], ears.heard.mine[:2] = CONFIRMED, 1
     telemetry, covariance = np.concatenate([PLACE + 3.0 * SPEED, SPEED]), np.eye(6)
     x, p = np.zeros((2, 9)), np.zeros((2, 9, 9))
     for u in range(2):
@@ -344,14 +349,61 @@ def test_the_ownship_among_those_heard_is_the_one_that_the_test_of_estimates_fin
     states = np.zeros((2, ears.heard.own.shape[1]))
     for _ in range(10):
         expected = identify(2, 0.1, x, p, telemetry, covariance, test, states, np.zeros((14, 6)))
-        parts = (telemetry, covariance, MOTION, test, ears.scratch)
-        assert find_heard_ownship(ears.bank, ears.filters, ears.heard, 3.0, 0.1, *parts) == expected
+        assert find_heard(ears, 3.0, telemetry, covariance, test) == expected
     assert expected == 0 and ears.heard.own[:2, FLAG].tolist() == [1.0, 0.0]
     np.testing.assert_allclose(ears.heard.own[:2], states)
     # Without telemetry nothing is, and what is not compared starts anew.
-    parts = (np.full(6, np.nan), covariance, MOTION, test, ears.scratch)
-    assert find_heard_ownship(ears.bank, ears.filters, ears.heard, 3.1, 0.1, *parts) == -1
+    assert find_heard(ears, 3.1, np.full(6, np.nan), covariance, test) == -1
     assert not ears.heard.own[:, FLAG].any()
-    parts = (telemetry, covariance, MOTION, test, ears.scratch)
-    assert find_heard_ownship(ears.bank, ears.filters, ears.heard, 60.0, 0.1, *parts) == -1
+    assert find_heard(ears, 60.0, telemetry, covariance, test) == -1
     assert not ears.heard.own.any()
+
+
+def test_who_may_not_be_the_ownship_is_found_and_not_marked():
+    test = OwnshipTest(3.0, 0.5, 22.0, 35.0, 9.0, -28.0)
+    telemetry, covariance = np.concatenate([PLACE + 3.0 * SPEED, SPEED]), np.eye(6)
+    ears = Ears()
+    for t in range(4):
+        ears.take(float(t), row=0)
+        ears.take(float(t), PLACE + [8.0, 0.0, 0.0] + t * SPEED, row=1)
+    # Two that cannot be told apart: neither is it, unless its address is known.
+    for mine, addressed, expected, marked in (
+        ((0, 0), False, -1, (0, 0)),
+        ((1, 1), False, -1, (0, 0)),
+        ((0, 1), True, 1, (0, 1)),
+        ((1, 0), True, 0, (1, 0)),
+    ):
+        ears.heard.status[:2], ears.heard.mine[:2], ears.heard.own[:] = CONFIRMED, mine, 0.0
+        for _ in range(10):
+            chosen = find_heard(ears, 3.0, telemetry, covariance, test, addressed)
+        assert chosen == expected and ears.heard.own[:2, FLAG].tolist() == list(marked)
+    ears.heard.status[1], ears.heard.own[:], ears.heard.mine[:] = TENTATIVE, 0.0, 0
+    for _ in range(10):
+        chosen = find_heard(ears, 3.0, telemetry, covariance, test)
+    assert chosen == 0 and not ears.heard.own[:, FLAG].any()
+    # The known address elsewhere is not the ownship.
+    ears.heard.mine[:2] = 1, 0
+    for _ in range(50):
+        chosen = find_heard(ears, 3.0, telemetry + 300.0, covariance, test, True)
+    assert chosen == -1 and not ears.heard.own[:, FLAG].any()
+
+
+def test_the_ownships_radar_track_has_no_address_of_another():
+    ears = Ears()
+    for t in range(4):
+        ears.take(float(t))
+    ears.heard.number[0] = new_number(ears.bank)
+    ears.bank.t[:] = 3.0
+    i = ears.add(np.concatenate([PLACE + 3.0 * SPEED, SPEED]))
+    find_slots(ears.bank, ears.heard)
+    ears.bank.own[i, FLAG] = 1.0
+    ears.find()
+    assert ears.bank.address[i] == -1
+    ears.heard.mine[0] = 1
+    ears.find()
+    assert ears.bank.address[i] == 0
+    # Found to be the ownship's only after it was linked: the address goes on by itself.
+    ears.heard.mine[0] = 0
+    ears.told()
+    find_heard(ears, 3.0, np.full(6, np.nan), np.eye(6), OwnshipTest(3.0, 0.5, 22.0, 35.0, 9.0, -28.0))
+    assert ears.bank.address[i] == -1 and [e[0] for e in ears.told()] == [IS_NOT]

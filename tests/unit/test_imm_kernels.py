@@ -46,9 +46,11 @@ def test_mixing_is_the_textbook_one(seed):
     stay, variance = rng.uniform(0.5, 0.99, HYPOTHESES), np.array([0.0, 0.09, 4.0])
     expected = []
     for j in range(HYPOTHESES):
-        # Straight flight enters a maneuver with an acceleration that is known by its spread alone.
+        # Straight flight enters a maneuver with an acceleration that is known by its spread alone, and a gentle one a
+        # harder with what that may have more.
         augmented = p.copy()
-        augmented[STRAIGHT, 6:, 6:] = variance[j] * np.eye(3)
+        for i in range(HYPOTHESES):
+            augmented[i, 6:, 6:] += max(variance[j] - variance[i], 0.0) * np.eye(3)
         c, means, covariances = naive.mixed(stay, mu, x, augmented)
         expected.append((c[j], means[j], covariances[j]))
     run_mix(stay, 0.0, variance, mu, x, p)

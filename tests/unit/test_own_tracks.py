@@ -132,6 +132,12 @@ def test_a_newborn_track_without_news_stays_ours_when_another_one_is_found():
     assert newborn(own, at(0.2, 4.0), at(0.2, 2.0, True, "8")) == [False, True]
 
 
+def test_what_only_receivers_tell_of_is_not_ours_for_being_newborn():
+    for sources, ours in ((("adsb",), False), (("radar", "adsb"), True), (("radar",), True), ((), True)):
+        one = dataclasses.replace(at(0.0, 10.0), sources=sources)
+        assert OwnTracks().step((one,), ORIGIN, True, [GROUND], {"adsb"})[0].is_ownship is ours
+
+
 def test_a_radar_on_board_sees_nobody_who_is_us():
     own = OwnTracks()
     assert newborn(own, at(0.0, 10.0), radar=ORIGIN) == [False]

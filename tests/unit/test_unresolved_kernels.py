@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from tests.naive import multi_target as naive
 from wideberth.tracking.multi_target.absorb_kernels import absorb, allow_shared, associate, keep_nis
 from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, make_bank
 from wideberth.tracking.multi_target.buffers_kernels import COUNTS, make_scratch
@@ -62,6 +63,27 @@ def test_the_density_is_a_density():
     assert 0.9 < total < 1.05
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_the_density_is_that_of_the_naive_twin(seed):
+    rng = np.random.default_rng(seed)
+    found = 0
+    for _ in range(300):
+        a = aim(400.0, 0.0, 0.4, rng.uniform(0.01, [1.0, 30.0]))
+        b = aim(
+            400.0 + rng.normal(0, 1.5), rng.normal(0, 0.2), 0.4 + rng.normal(0, 0.05), rng.uniform(0.01, [1.0, 30.0])
+        )
+        share = rng.uniform(-0.2, 1.2)
+        z = (1.0 - share) * a[3:6] + share * b[3:6] + rng.normal(size=3) * [1.0, 0.04, 0.04]
+        sight = direction(z[1], z[2])
+        z = np.append(z, np.nan)
+        if rng.random() < 0.3:
+            z[2] = np.nan
+        expected = naive.merged_density(a, b, z, VARIANCE, sight)
+        assert both_density(a, b, z, VARIANCE, sight) == pytest.approx(expected, rel=1e-3)
+        found += expected > 0.0
+    assert 60 < found < 290
+
+
 def scene(plots, status=CONFIRMED):
     """Two tracks at 400 m, 0.12 rad apart, and some plots (range, azimuth)."""
     n = len(plots)
@@ -86,6 +108,49 @@ def test_one_plot_between_two_tracks_is_both_and_two_are_one_of_each():
         _, _, s, pairs = scene(plots)
         assert pairs == 0 and not s.unresolved.any()
     assert scene([(400.0, 0.01)], status=0)[3] == 0
+
+
+@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize("seed", range(5))
+def test_pairs_are_those_of_the_naive_twin(seed, flat):
+    """Twelve tracks in a small part of the sky, some tentative or unseen, and 6 plots."""
+    rng = np.random.default_rng(seed)
+    tracks, n, tilt = 12, 6, 0.4
+    bank, s, window = make_bank(tracks), make_scratch(tracks, 16, 4), make_window(2, 16)
+    window.cursor[:] = 0, 1
+    window.density[0], window.field_of_view[0], window.attitude[0] = 1e-8, [math.pi, math.pi / 2], np.eye(3)
+    bank.size[:], bank.status[:] = [tracks, tracks + 1], rng.random(tracks) < 0.9
+    s.seen[:] = 0.8 * (rng.random(tracks) < 0.9)
+    for i in range(tracks):
+        s.aim[i] = aim(
+            400.0 + rng.normal(0, 3.0), rng.normal(0, 0.3), tilt + rng.normal(0, 0.1), rng.uniform(0.01, [0.3, 9])
+        )
+    s.ranges[:] = s.aim[:, 3]
+    for m in range(n):
+        i, j = rng.integers(tracks, size=2)
+        r, azimuth, elevation = 0.5 * (s.aim[i, 3:6] + s.aim[j, 3:6]) + rng.normal(size=3) * [0.5, 0.01, 0.01]
+        s.sight[m], s.variance[m], s.key[m] = direction(azimuth, elevation), VARIANCE, r
+        s.z[m] = [r, azimuth, np.nan if flat else elevation, np.nan]
+    s.order[:n] = np.argsort(s.key[:n])
+    order = np.argsort(s.ranges)
+    order = order[(bank.status[order] == CONFIRMED) & (s.seen[order] > 0.0)]
+    density = np.zeros((len(order), len(order), n))
+    for i, a in enumerate(s.aim[order]):
+        for j, b in enumerate(s.aim[order]):
+            for m in range(n):
+                sight = direction(s.z[m, 1], 0.5 * (a[5] + b[5])) if flat else s.sight[m]
+                density[i, j, m] = naive.merged_density(a, b, s.z[m], VARIANCE, sight)
+    expected = naive.shared_plots(density)
+    pairs = find_unresolved(bank, window, n, False, s)
+    found = {(i, j): m for i, j, m in s.pairs[:pairs].tolist()}
+    assert found == {(order[i], order[j]): m for (i, j), m in expected.items()} and found
+    shared = np.zeros(tracks)
+    for (i, j), m in expected.items():
+        height = 2.0 * s.aim[order[i], 3] * math.pi / 2 if flat else 1.0
+        for k in (order[i], order[j]):
+            shared[k] = max(shared[k], density[i, j, m] / (1e-8 * height))
+    np.testing.assert_allclose(s.shared, shared, rtol=1e-3)
+    np.testing.assert_array_equal(s.unresolved, UNRESOLVED * (shared > 0.0))
 
 
 def test_neither_of_two_that_share_a_plot_is_missed_and_the_plot_is_explained():

@@ -46,9 +46,16 @@ def straight_flights(
 
 
 def maneuvering_flights(
-    rng: np.random.Generator, n: int, n_scans: int, dt: float = 0.1, extent: float = 1.0
+    rng: np.random.Generator,
+    n: int,
+    n_scans: int,
+    dt: float = 0.1,
+    extent: float = 1.0,
+    *,
+    leg_s: tuple[float, float] = (5.0, 20.0),
+    turn_deg_per_s: tuple[float, float] = (3.0, 8.0),
 ) -> tuple[FloatArray, FloatArray]:
-    """Return aircraft that fly straight, turn, climb and change speed, each for 5 to 20 s (turning model (3.48)).
+    """Return aircraft that fly straight, turn, climb and change speed, one after the other (turning model (3.48)).
 
     Parameters
     ----------
@@ -59,17 +66,29 @@ def maneuvering_flights(
         Time between scans, s.
     extent : float
         Factor on the distances of 200 to 550 m at which they begin.
+    leg_s : tuple of float
+        Shortest and longest time that an aircraft goes on as it does.
+    turn_deg_per_s : tuple of float
+        Slowest and fastest turn of a leg that is nothing but a turn.
 
     Returns
     -------
     position, velocity : ndarray, shape (n_scans, n, 3)
         Local NED around the radar, m and m/s.
     """
-    return _fly(rng, n, n_scans, dt, extent, legs=100)
+    return _fly(rng, n, n_scans, dt, extent, legs=100, leg_s=leg_s, turn_deg_per_s=turn_deg_per_s)
 
 
 def _fly(
-    rng: np.random.Generator, n: int, n_scans: int, dt: float, extent: float, legs: int
+    rng: np.random.Generator,
+    n: int,
+    n_scans: int,
+    dt: float,
+    extent: float,
+    *,
+    legs: int,
+    leg_s: tuple[float, float] = (1.0, 1.0),
+    turn_deg_per_s: tuple[float, float] = (0.0, 0.0),
 ) -> tuple[FloatArray, FloatArray]:
     position, velocity = np.zeros((n_scans, n, 3)), np.zeros((n_scans, n, 3))
     for j in range(n):
@@ -80,25 +99,25 @@ def _fly(
         # Roughly over the radar, so that most stay in its range.
         x[4] = bearing + math.pi + rng.uniform(-0.5, 0.5)
         x[5] = math.radians(rng.uniform(-2.0, 2.0))
-        ends = np.cumsum(rng.uniform(5.0, 20.0, size=legs))
+        ends = np.cumsum(rng.uniform(*leg_s, size=legs))
         leg = -1
         for k in range(n_scans):
             position[k, j] = x[:3]
             path_velocity(x[3], x[4], x[5], velocity[k, j])
             if legs and leg < np.searchsorted(ends, k * dt, side="right"):
                 leg = int(np.searchsorted(ends, k * dt, side="right"))
-                x[6:] = _rates(rng, x)
+                x[6:] = _rates(rng, x, turn_deg_per_s)
             propagate(TURNING, dt, x, x)
     return position, velocity
 
 
-def _rates(rng: np.random.Generator, x: FloatArray) -> tuple[float, float, float]:
+def _rates(rng: np.random.Generator, x: FloatArray, turn_deg_per_s: tuple[float, float]) -> tuple[float, float, float]:
     """Draw the rates of speed, course and path angle of the next leg; back towards level and medium speed."""
     kind = rng.integers(4)
     if kind == 0:
         return 0.0, 0.0, 0.0
     if kind == 1:
-        return 0.0, math.radians(rng.uniform(3.0, 8.0)) * rng.choice([-1.0, 1.0]), 0.0
+        return 0.0, math.radians(rng.uniform(*turn_deg_per_s)) * rng.choice([-1.0, 1.0]), 0.0
     if kind == 2:
         return -0.15 * math.copysign(1.0, x[3] - 15.0), math.radians(rng.uniform(-7.0, 7.0)), 0.0
     return 0.0, math.radians(rng.uniform(-2.0, 2.0)), -math.copysign(math.radians(rng.uniform(0.2, 0.5)), x[5])

@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from wideberth.types import FloatArray, Track
 
@@ -45,6 +45,7 @@ class OwnTracks:
         own_position: FloatArray,
         sure: bool = True,
         radars: Sequence[FloatArray] = (),
+        receivers: Collection[str] = (),
     ) -> tuple[Track, ...]:
         """Return the tracks, with those marked that are still the ownship's.
 
@@ -58,10 +59,14 @@ class OwnTracks:
             Whether that place is known; otherwise what was the ownship's stays so.
         radars : sequence of ndarray, shape (3,)
             Where the radars of the step's scans stood, NED, m.
+        receivers : collection of str
+            Names of the sensors that hear ADS-B: what they alone tell of is not the ownship for being newborn.
         """
         found = any(track.is_ownship for track in tracks)
         distances = [math.dist(track.position, own_position) for track in tracks]
         newborn = self._newborn(tracks, distances, own_position, sure, radars)
+        # An echo: what is only heard has told who it is.
+        newborn -= {track.id for track in tracks if track.sources and set(track.sources) <= set(receivers)}
         before, self._updated = self._updated, {}
         marked = []
         for track, distance in zip(tracks, distances, strict=True):

@@ -186,13 +186,25 @@ def make_bank(n: int) -> Bank:
 
 
 @jit_uncounted
-def prepare_step(bank: Bank, dt: float, motion: Motion, stay: FloatArray) -> float:
-    """Write the probabilities (HYPOTHESES,) that an aircraft goes on as it does over `dt`; return that it stays."""
+def prepare_step(
+    habit: FloatArray, weight: float, straight_s: float, dt: float, motion: Motion, stay: FloatArray
+) -> float:
+    """Write the probabilities that an aircraft goes on as it does over a step; return that it stays.
+
+    Parameters
+    ----------
+    habit : ndarray, shape (2,)
+        Maneuvers begun lately, and seconds of straight flight.
+    weight, straight_s : float
+        How many maneuvers it is worth, against those, that straight flight lasts so long (s) on average.
+    dt : float
+        s.
+    motion : Motion
+    stay : ndarray, shape (HYPOTHESES,)
+    """
     for j in range(HYPOTHESES):
         stay[j] = math.exp(-abs(dt) / motion.duration[j])
-    onsets, straight = bank.habit[0], bank.habit[1]
-    rate = (HABIT_WEIGHT + onsets) / (HABIT_WEIGHT * motion.duration[STRAIGHT] + straight)
-    stay[STRAIGHT] = math.exp(-abs(dt) * rate)
+    stay[STRAIGHT] = math.exp(-abs(dt) * (weight + habit[0]) / (weight * straight_s + habit[1]))
     return math.exp(-abs(dt) / motion.survival_s)
 
 
@@ -216,7 +228,7 @@ def predict_tracks(bank: Bank, t: float, motion: Motion, s: MotionScratch) -> No
     if bank.t[0] == -math.inf or dt == 0.0:
         bank.t[0] = t
         return
-    alive = prepare_step(bank, dt, motion, s.stay)
+    alive = prepare_step(bank.habit, HABIT_WEIGHT, motion.duration[STRAIGHT], dt, motion, s.stay)
     for i in range(bank.size[0]):
         predict_track(bank, i, dt, motion, s)
         bank.existence[i] *= alive
@@ -224,22 +236,33 @@ def predict_tracks(bank: Bank, t: float, motion: Motion, s: MotionScratch) -> No
 
 
 @jit_uncounted
+def fade_habit(habit: FloatArray, dt: float) -> None:
+    """Let what is known of maneuvers (2) fade over `dt`."""
+    kept = math.exp(-abs(dt) / HABIT_S)
+    habit[0] *= kept
+    habit[1] *= kept
+
+
+@jit_uncounted
+def note_maneuver(bank: Bank, i: int, dt: float, habit: FloatArray) -> None:
+    """Add to what is known of maneuvers (2) whether track `i` has begun one, and the time if it flies straight."""
+    straight = bank.mu[i, STRAIGHT]
+    if bank.turning[i] == 0 and straight < 0.1:
+        bank.turning[i] = 1
+        habit[0] += 1.0
+    elif bank.turning[i] == 1 and straight > 0.7:
+        bank.turning[i] = 0
+    if bank.turning[i] == 0:
+        habit[1] += abs(dt)
+
+
+@jit_uncounted
 def note_maneuvers(bank: Bank, dt: float) -> None:
     """Count maneuvers that confirmed tracks begin, and the time that they fly straight."""
-    kept = math.exp(-abs(dt) / HABIT_S)
-    bank.habit[0] *= kept
-    bank.habit[1] *= kept
+    fade_habit(bank.habit, dt)
     for i in range(bank.size[0]):
-        if bank.status[i] != CONFIRMED:
-            continue
-        straight = bank.mu[i, STRAIGHT]
-        if bank.turning[i] == 0 and straight < 0.1:
-            bank.turning[i] = 1
-            bank.habit[0] += 1.0
-        elif bank.turning[i] == 1 and straight > 0.7:
-            bank.turning[i] = 0
-        if bank.turning[i] == 0:
-            bank.habit[1] += abs(dt)
+        if bank.status[i] == CONFIRMED:
+            note_maneuver(bank, i, dt, bank.habit)
 
 
 @jit_uncounted

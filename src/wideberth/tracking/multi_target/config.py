@@ -50,6 +50,12 @@ class ReportsConfig(PartConfig):
         loses the address.
     ownship_radius_m : float
         `traffic_radius_m` of the ownship's test for aircraft that only reports tell of.
+    ownship_broadcasts : bool
+        Whether the ownship has ADS-B Out, which it may hear back. If it has not, no aircraft that only reports tell of
+        is ever taken for it. (14 CFR 107.53 forbids it to small unmanned aircraft.)
+    ownship_address : str or None
+        Its 24-bit address, six hexadecimal digits: then no other aircraft that reports is taken for it. Better than
+        `ownship_broadcasts` alone, with which an aircraft that flies along with the ownship may be.
     addresses_max : int
         Users of addresses that are kept at most; of more, reports are left out and counted.
     """
@@ -77,6 +83,8 @@ class ReportsConfig(PartConfig):
     lost_after_s: float = Field(default=60.0, gt=0.0)
     tentative_lost_after_s: float = Field(default=15.0, gt=0.0)
     ownship_radius_m: float = Field(default=250.0, gt=0.0)
+    ownship_broadcasts: bool = False
+    ownship_address: str | None = Field(default=None, pattern="^[0-9a-fA-F]{6}$")
     addresses_max: int = Field(default=12_000, ge=1)
 
 
@@ -161,15 +169,15 @@ class MultiTargetConfig(PartConfig):
     hard_acceleration_mps2: float = Field(default=2.0, gt=0.0)
     gentle_jerk_m2_per_s5: float = Field(default=0.001, gt=0.0)
     hard_jerk_m2_per_s5: float = Field(default=0.05, gt=0.0)
-    gentle_s: float = Field(default=30.0, gt=0.0)
-    hard_s: float = Field(default=15.0, gt=0.0)
+    gentle_s: float = Field(default=15.0, gt=0.0)
+    hard_s: float = Field(default=10.0, gt=0.0)
     maneuver_share: float = Field(default=0.1, gt=0.0, lt=0.5)
     least_mix: float = Field(default=0.01, ge=0.0, lt=0.3)
     least_report: float = Field(default=0.003, ge=0.0, lt=0.3)
     survival_s: float = Field(default=1000.0, gt=0.0)
     gate: float = Field(default=18.0, gt=0.0)
     event_limit: int = Field(default=5000, ge=1, le=1_000_000)
-    birth_per_scan: float = Field(default=0.05, gt=0.0)
+    birth_per_scan: float = Field(default=0.01, gt=0.0)
     window_scans: int = Field(default=15, ge=3, le=100)
     pair_scans: int = Field(default=5, ge=1)
     window_plots: int = Field(default=256, ge=1, le=4096)
@@ -179,7 +187,7 @@ class MultiTargetConfig(PartConfig):
     least_hits: int = Field(default=3, ge=2)
     confirm_hits: int = Field(default=4, ge=2)
     tentative_odds: float = 0.0
-    confirm_odds: float = 7.0
+    confirm_odds: float = 11.0
     drop_tentative_odds: float = -3.0
     drop_confirmed_odds: float = -7.0
     existence_max: float = Field(default=1.0 - 1e-5, gt=0.5, lt=1.0)

@@ -92,6 +92,7 @@ class Fusion:
         scratch : Scratch
         """
         users, outcome = np.zeros(len(reports.rows), np.int64), np.zeros(len(reports.rows), np.int64)
+        self.heard.mine[reports.rows] = reports.mine
         take_reports(
             bank,
             self.filters,
@@ -151,9 +152,12 @@ class Fusion:
         telemetry: FloatArray,
         covariance: FloatArray,
         test: OwnshipTest,
+        addressed: bool,
         scratch: Scratch,
-    ) -> None:
-        """Mark which of the aircraft that no radar's track is, is the ownship.
+    ) -> int:
+        """Mark which of the aircraft that no radar's track is, is the ownship; return the place of it, -1: none.
+
+        The place is also that of one that flies as the ownship does but may not be it (`Heard.mine`).
 
         Parameters
         ----------
@@ -163,11 +167,14 @@ class Fusion:
         telemetry : ndarray, shape (6,)
         covariance : ndarray, shape (6, 6)
         test : OwnshipTest
+        addressed : bool
+            Whether the ownship's address is known.
         scratch : Scratch
         """
-        if self.size:
-            parts = (self._motion, test, scratch)
-            find_heard_ownship(bank, self.filters, self.heard, t, dt, telemetry, covariance, *parts)
+        if not self.size:
+            return -1
+        parts = (self._motion, test, addressed, self.events, self.event_count, scratch)
+        return int(find_heard_ownship(bank, self.filters, self.heard, t, dt, telemetry, covariance, *parts))
 
     def alone(self, bank: Bank) -> IntArray:
         """Return the places of the aircraft that no radar's track is.

@@ -16,7 +16,7 @@ from wideberth.tracking.multi_target.bank_kernels import (
 )
 from wideberth.tracking.multi_target.buffers_kernels import Scratch, make_scratch
 from wideberth.tracking.multi_target.consider_kernels import BIASES, forget_biases
-from wideberth.tracking.multi_target.heard_kernels import Heard, ReportRules, make_heard
+from wideberth.tracking.multi_target.heard_kernels import STRAIGHT_S, STRAIGHT_WEIGHT, Heard, ReportRules, make_heard
 from wideberth.tracking.multi_target.identity_kernels import (
     CARRIED_ON,
     FALLEN_SILENT,
@@ -129,7 +129,7 @@ def report_heard(
                     one.p[0, j, a, b] = filters.p[u, j, a, b]
         dt = t - heard.t[u]
         if dt > 0.0:
-            prepare_step(filters, dt, motion, s.motion.stay)
+            prepare_step(heard.habit[u], STRAIGHT_WEIGHT, STRAIGHT_S, dt, motion, s.motion.stay)
             predict_track(one, 0, dt, motion, s.motion)
         combined(one, 0, motion, x[k], p[k], s.motion)
 

@@ -17,8 +17,10 @@ from wideberth.tracking.multi_target.bank_kernels import (
     Bank,
     Motion,
     MotionScratch,
+    fade_habit,
     make_bank,
     make_motion_scratch,
+    note_maneuver,
     predict_track,
     prepare_step,
 )
@@ -38,6 +40,10 @@ RIVALS = 4
 
 MEMORY_S = 5.0
 """How long a velocity or an altitude that came by itself may serve to start a track."""
+
+STRAIGHT_S, STRAIGHT_WEIGHT = 8.0, 3.0
+"""How long straight flight is taken to last on average before an aircraft's habit is known, s, and how many maneuvers
+that is worth. Reports show a turn only after seconds: who is surer of straight flight says a velocity of before it."""
 
 
 class Heard(NamedTuple):
@@ -81,6 +87,10 @@ class Heard(NamedTuple):
         the reports alone (chi-square).
     surprise, weighed : ndarray, shape (R,)
         Chi-square of the last report under that filter, and the time of the last that was weighed.
+    habit : ndarray, shape (R, 2)
+        As in `Bank`, of each aircraft by itself.
+    mine : ndarray of int64, shape (R,)
+        1 where it may be the ownship.
     """
 
     alive: IntArray
@@ -109,6 +119,8 @@ class Heard(NamedTuple):
     denied: FloatArray
     surprise: FloatArray
     weighed: FloatArray
+    habit: FloatArray
+    mine: IntArray
 
 
 class ReportRules(NamedTuple):
@@ -187,6 +199,8 @@ def make_heard(n: int) -> Heard:
         denied=np.zeros((n, RIVALS)),
         surprise=np.zeros(n),
         weighed=np.full(n, -np.inf),
+        habit=np.zeros((n, 2)),
+        mine=np.zeros(n, np.int64),
     )
 
 
@@ -196,7 +210,9 @@ def advance(filters: Bank, heard: Heard, u: int, t: float, motion: Motion, s: Mo
     dt = t - heard.t[u]
     if dt <= 0.0:
         return
-    prepare_step(filters, dt, motion, s.stay)
+    fade_habit(heard.habit[u], dt)
+    note_maneuver(filters, u, dt, heard.habit[u])
+    prepare_step(heard.habit[u], STRAIGHT_WEIGHT, STRAIGHT_S, dt, motion, s.stay)
     predict_track(filters, u, dt, motion, s)
     heard.t[u] = t
 
@@ -235,7 +251,7 @@ def start(
                 filters.p[u, j, a, b] = 0.0
             for b in range(BIASES):
                 filters.cross[u, j, a, b] = 0.0
-    filters.address[u] = u
+    filters.address[u], filters.turning[u] = u, 0
     bias = heard.bias[u]
     for axis in range(3):
         rate, variance = 0.0, rules.climb_variance if axis == 2 else rules.speed_variance

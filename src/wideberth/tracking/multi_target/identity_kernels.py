@@ -168,6 +168,12 @@ def move(bank: Bank, heard: Heard, u: int, i: int, j: int, events: IntArray, eve
 
 
 @jit_uncounted
+def is_ours(bank: Bank, heard: Heard, u: int, i: int) -> bool:
+    """Return whether the track in slot `i` is the ownship's and the aircraft `u` is not the ownship."""
+    return bool(bank.own[i, FLAG] != 0.0 and heard.mine[u] == 0)
+
+
+@jit_uncounted
 def passes_to(bank: Bank, heard: Heard, u: int, i: int, lead: float) -> int:
     """Return the slot of the track that makes the reports of `u` rather than its own in slot `i`; -1: none does.
 
@@ -177,7 +183,7 @@ def passes_to(bank: Bank, heard: Heard, u: int, i: int, lead: float) -> int:
     best, most = -1, lead
     for j in range(bank.size[0]):
         k = place_of_rival(heard, u, bank.identity[j])
-        if j == i or k < 0 or bank.status[j] != CONFIRMED:
+        if j == i or k < 0 or bank.status[j] != CONFIRMED or is_ours(bank, heard, u, j):
             continue
         gain, w = own - heard.score[u, k], bank.address[j]
         if w >= 0:
@@ -223,7 +229,7 @@ def find_identity(
     witness(filters, u, dt, motion, s)
     best, first, second = -1, math.inf, math.inf
     for i in range(bank.size[0]):
-        if bank.address[i] >= 0 or bank.status[i] != CONFIRMED or i == own:
+        if bank.address[i] >= 0 or bank.status[i] != CONFIRMED or i == own or is_ours(bank, heard, u, i):
             continue
         if is_denied(heard, u, bank.identity[i], 2.0 * rules.lead):
             continue

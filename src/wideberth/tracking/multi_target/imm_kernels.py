@@ -167,8 +167,8 @@ def mix(
                     if w == 0.0:
                         continue
                     value += w * (p[i, a, b] + (x[i, a] - mixed[j, a]) * (x[i, b] - mixed[j, b]))
-                    if i == STRAIGHT and a == b and a >= 6:
-                        value += w * acceleration_variance[j]
+                    if a == b and a >= 6:
+                        value += w * max(acceleration_variance[j] - acceleration_variance[i], 0.0)
                 spread[j, a, b] = value
     for j in range(HYPOTHESES):
         if weight[j, j] == 1.0:

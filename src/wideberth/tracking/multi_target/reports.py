@@ -12,6 +12,7 @@ from wideberth.tracking.kernels import NACP_COUNT, position_sigma_of
 from wideberth.tracking.multi_target.config import ReportsConfig
 from wideberth.tracking.multi_target.consider_kernels import BIASES
 from wideberth.tracking.multi_target.heard_kernels import ReportRules
+from wideberth.tracking.multi_target.own_reports import may_be_ownship
 from wideberth.tracking.report_checks import report_faults
 from wideberth.types import Scan, SourceInfo
 
@@ -39,6 +40,7 @@ class ReadyReports:
     variance: FloatArray
     time_sigma: FloatArray
     bias: FloatArray
+    mine: NDArray[np.bool_]
     infos: tuple[SourceInfo, ...]
 
 
@@ -169,6 +171,7 @@ class AddressBook:
         sigma = np.where(np.floor(times) == times, c.whole_second_sigma_s, c.time_sigma_s)
         variance = np.diagonal(scan.R, axis1=1, axis2=2)
         number = self.sensor(scan.sensor)
+        mine = np.array([may_be_ownship(c, address) for address in scan.source_ids], np.bool_)
         edges = np.flatnonzero(np.diff(np.floor(times / SLICE_S))) + 1
         for part in np.split(np.arange(len(order)), edges):
             if len(part):
@@ -182,6 +185,7 @@ class AddressBook:
                     variance=np.ascontiguousarray(variance[take], dtype=np.float64),
                     time_sigma=sigma[part],
                     bias=bias[take],
+                    mine=mine[take],
                     infos=tuple(infos[q] for q in take.tolist()),
                 )
 

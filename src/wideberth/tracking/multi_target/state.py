@@ -145,8 +145,10 @@ class TrackerState:
         """
         find_ownship(self.bank, dt, telemetry, covariance, self.motion, self.test, self.scratch)
 
-    def identify_heard_ownship(self, t: float, dt: float, telemetry: FloatArray, covariance: FloatArray) -> None:
-        """Mark which of the aircraft that only reports tell of is the ownship.
+    def identify_heard_ownship(
+        self, t: float, dt: float, telemetry: FloatArray, covariance: FloatArray, addressed: bool
+    ) -> int:
+        """Mark which of the aircraft that only reports tell of is the ownship; return its place, -1: none.
 
         Parameters
         ----------
@@ -155,8 +157,11 @@ class TrackerState:
         telemetry : ndarray, shape (6,)
             Position and velocity at `t`, NED; NaN: none.
         covariance : ndarray, shape (6, 6)
+        addressed : bool
+            As in `Fusion.identify_ownship`.
         """
-        self.fusion.identify_ownship(self.bank, t, dt, telemetry, covariance, self.heard_test, self.scratch)
+        parts = (self.heard_test, addressed, self.scratch)
+        return self.fusion.identify_ownship(self.bank, t, dt, telemetry, covariance, *parts)
 
     def snapshot(self) -> Snapshot:
         """Return a copy."""

@@ -13,11 +13,13 @@ from wideberth.tracking.multi_target.bank_kernels import CONFIRMED, copied_bank,
 from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW, MERGED
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.file_run import run_file
+from wideberth.tracking.multi_target.flat_views import FlatViews
 from wideberth.tracking.multi_target.hearing_kernels import SECOND_USER
 from wideberth.tracking.multi_target.history import History, Item
 from wideberth.tracking.multi_target.identity_kernels import ONE_WITH
 from wideberth.tracking.multi_target.intake import RADAR_KINDS, SensorLog, ready, scan_fault
 from wideberth.tracking.multi_target.life_kernels import drop_unscanned
+from wideberth.tracking.multi_target.own_reports import OwnReports
 from wideberth.tracking.multi_target.renumbering import Numbers, keep_numbers, numbers_of
 from wideberth.tracking.multi_target.reports import AddressBook, ReadyReports, report_scan_fault
 from wideberth.tracking.multi_target.scan_kernels import report_tracks
@@ -61,12 +63,14 @@ class MultiTargetTracker:
         self._state = TrackerState(self._config)
         self._history = History(self._config.late_max_s)
         self._logs: dict[str, SensorLog] = {}
+        self._flat = FlatViews()
         self._t = -math.inf
         self._t_own = -math.inf
         self._t_own_heard = -math.inf
         self._told: set[tuple[int, ...]] = set()
         self._told_of_reports: dict[tuple[int, int], tuple[int, int]] = {}
         self._book = AddressBook(self._config.reports)
+        self._own_reports = OwnReports(self._config.reports)
         self._absorbed: dict[str, str] = {}
 
     @property
@@ -160,7 +164,7 @@ class MultiTargetTracker:
         self._tell(events)
         for place in self._book.forget(self._t, state.fusion.heard.alive, state.fusion.heard.other):
             state.fusion.clear(place)
-        self._identify(ownship)
+        self._identify(ownship, events)
         return self._tracks(t), tuple(events)
 
     def _is_usable(self, scan: Scan, events: list[str]) -> bool:
@@ -191,6 +195,8 @@ class MultiTargetTracker:
         if not log.moves_to(scan.t, scan.sensor_position, c.sensor_speed_max_mps):
             self._reject(scan, "sensor jumped", events)
             return
+        if c.known_altitude_m is None:
+            self._flat.note(log.index, scan)
         if not self._use(ready(scan, log, c), "scan", events):
             self._reject(scan, "scan too late", events)
 
@@ -236,7 +242,7 @@ class MultiTargetTracker:
         if place is not None and fusion.heard.other[row] < 0:
             fusion.reserve(len(self._book.addresses))
             fusion.heard.other[row] = place
-            fusion.heard.bias[place] = fusion.heard.bias[row]
+            fusion.heard.bias[place], fusion.heard.mine[place] = fusion.heard.bias[row], fusion.heard.mine[row]
             self._book.infos[place] = self._book.infos[row]
 
     def _tell(self, events: list[str]) -> None:
@@ -265,7 +271,7 @@ class MultiTargetTracker:
         if len(self._told_of_reports) > 1000:
             self._told_of_reports = {key: what for key, what in self._told_of_reports.items() if key[0] >= oldest}
 
-    def _identify(self, ownship: Ownship | None) -> None:
+    def _identify(self, ownship: Ownship | None, events: list[str]) -> None:
         """Look which track is the ownship: of those of radars at the time of the last scan, of the others now."""
         now = float(self._state.bank.t[0])
         dt = now - self._t_own
@@ -276,7 +282,9 @@ class MultiTargetTracker:
         if dt > 0.0:
             if self._state.fusion.size:
                 parts = self._telemetry(ownship, self._t)
-                self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts)
+                addressed = self._config.reports.ownship_address is not None
+                place = self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts, addressed)
+                events.extend(self._own_reports.tell(place, self._state.fusion.heard, self._book.name))
             self._t_own_heard = self._t
 
     def _telemetry(self, ownship: Ownship | None, t: float) -> tuple[FloatArray, FloatArray]:
@@ -309,6 +317,7 @@ class MultiTargetTracker:
                 bank.fed,
                 bank.status,
                 bank.own[:, FLAG],
+                bank.home,
             )
             rows = zip(*(column[:n].tolist() for column in columns), strict=True)
             at = max(t, float(bank.t[0]))
@@ -331,6 +340,7 @@ class MultiTargetTracker:
         fed: int,
         status: int,
         own: float,
+        home: int,
     ) -> Track:
         c, heard = self._config, self._state.fusion.heard
         coasting = inside == 0 or t - updated > c.coast_after_s
@@ -349,7 +359,7 @@ class MultiTargetTracker:
             position=x[:3],
             velocity=x[3:6],
             acceleration=x[6:],
-            covariance=p,
+            covariance=p if place >= 0 else self._flat.widened(fed, home, x, p),
             status=life,
             t_last_update=updated,
             existence=existence,

@@ -5,84 +5,50 @@
 """
 
 import argparse
-import contextlib
 import json
-import os
-import signal
-import socket
 import subprocess
-import sys
 import tempfile
-import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from experiments.loopback import COMMAND, HOST, ROOT, Process, fly, free_port, started, stopped_after
 from wideberth.config import load_scenario
 from wideberth.recording import read_recording
 from wideberth.simulation.config import SimulatedTrafficConfig
 from wideberth.simulation.simulated import SimulatedTraffic
 
-ROOT = Path(__file__).resolve().parents[1]
 SCENARIO = ROOT / "scenarios" / "flight_test.toml"
-COMMAND = [sys.executable, "-c", "from wideberth.cli.main import main; main()"]
-HOST = "127.0.0.1"
 LONGEST = 240.0  # s of a flight
 RADIUS = 10.0  # m
 
 
-def free_port() -> int:
-    """Return a UDP port of loopback that nobody has."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind((HOST, 0))
-        return int(one.getsockname()[1])
-
-
-def fly(number: int) -> dict[str, Any]:
+def flown(number: int) -> dict[str, Any]:
     """Fly once, and return what came of it."""
     autopilot, radar = free_port(), free_port()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        flight = subprocess.Popen(
-            [*COMMAND, "fly", str(SCENARIO), "--command", "--json", "--out", name,
-             "--set", f"autopilot.connection=udp:{HOST}:{autopilot}",
-             "--set", f"inputs.0.listen={HOST}:{radar}", "--set", f"seed={number}"],
-            cwd=ROOT, stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        others: list[subprocess.Popen[bytes]] = []
-        events: list[str] = []
-        assert flight.stdout is not None
-        started = time.monotonic()
-        try:
-            for line in flight.stdout:
-                if not others:
-                    others.append(
-                        _started("simulate-vehicle", "--mission", SCENARIO, "--connect", f"udp:{HOST}:{autopilot}")
-                    )
-                status = json.loads(line)
-                events += status["events"]
-                mission = status["mission"]
-                if mission is not None and len(others) == 1:
-                    # Now every scan is recorded, and the first tells when the sender began.
-                    others.append(_started("send-radar", SCENARIO, "--to", f"{HOST}:{radar}"))
-                done = mission is not None and mission["index"] >= mission["waypoints"]
-                if done or time.monotonic() - started > LONGEST:
-                    break
-            flight.terminate()
-            flight.communicate(timeout=60)
-        finally:
-            for process in [flight.pid, *(other.pid for other in others)]:
-                with contextlib.suppress(ProcessLookupError):
-                    os.kill(process, signal.SIGKILL)
-            for other in others:
-                other.wait()
-        return {"events": events, **_judged(folder)}
+    others: list[Process] = []
+    events: list[str] = []
+    with tempfile.TemporaryDirectory() as name, stopped_after(others):
 
+        def watch(status: dict[str, Any]) -> bool:
+            events.extend(status["events"])
+            mission = status["mission"]
+            if not others:
+                peer = f"udp:{HOST}:{autopilot}"
+                others.append(started("simulate-vehicle", "--mission", SCENARIO, "--connect", peer))
+            elif mission is not None and len(others) == 1:
+                # Now every scan is recorded, and the first tells when the sender began.
+                others.append(started("send-radar", SCENARIO, "--to", f"{HOST}:{radar}", "--seed", str(number)))
+            return mission is not None and mission["index"] >= mission["waypoints"]
 
-def _started(*arguments: str | Path) -> subprocess.Popen[bytes]:
-    return subprocess.Popen([*COMMAND, *map(str, arguments)], cwd=ROOT, stderr=subprocess.DEVNULL)
+        arguments = [
+            *(str(SCENARIO), "--command", "--set", f"autopilot.connection=udp:{HOST}:{autopilot}"),
+            *("--set", f"inputs.0.listen={HOST}:{radar}", "--set", f"seed={number}"),
+        ]
+        fly(arguments, Path(name), watch, LONGEST)
+        return {"events": events, **_judged(Path(name))}
 
 
 def _judged(folder: Path) -> dict[str, Any]:
@@ -128,8 +94,7 @@ def page_of(rows: list[dict[str, Any]], parallel: int) -> str:
         " `scenarios/flight_test.toml` (thesis 5.4) flown in real time by a simulated copter behind MAVLink, plots of"
         " the radar by UDP with both intruders in its picture, and `wideberth fly --command`. Ranges are horizontal,"
         f" from the vehicle's telemetry to the true intruders; the circle is {RADIUS:g} m. Latency: from the start of a"
-        " step to its bytes handed to the socket. The radar's errors are the same in all runs (the sender has the"
-        " scenario's seed); when vehicle, radar and program meet is not.",
+        " step to its bytes handed to the socket. The run's number is the seed of the radar's errors.",
         "",
         "| run | least range, m | mission finished | maneuvers, reversals | steps, missed | step p50 / p95 / p99, ms |"
         " packet age p50 / p99, ms | replay |",
@@ -157,7 +122,7 @@ def main() -> None:
     given = parser.parse_args()
     with ThreadPoolExecutor(given.parallel) as pool:
         rows = []
-        for row in pool.map(fly, range(1, given.runs + 1)):
+        for row in pool.map(flown, range(1, given.runs + 1)):
             rows.append(row)
             print({key: value for key, value in row.items() if key != "events"}, flush=True)
     given.out.write_text(page_of(rows, given.parallel), encoding="utf-8")

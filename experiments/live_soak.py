@@ -13,7 +13,6 @@ import multiprocessing
 import os
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -21,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.loopback import COMMAND, ROOT, free_port, started
 from wideberth.frames import LocalFrame
 from wideberth.links.radar_udp import encode_radar
 from wideberth.live.senders import TrafficPackets
@@ -32,8 +32,7 @@ AIRCRAFT, PLOTS, MOVING = 50, 20, 12
 RANGE = 3000.0
 SPEED = 10.0
 ORIGIN = (40.25, -111.65)
-RESULT = Path(__file__).resolve().parents[1] / "docs" / "results" / "live_soak.md"
-COMMAND = [sys.executable, "-c", "from wideberth.cli.main import main; main()"]
+RESULT = ROOT / "docs" / "results" / "live_soak.md"
 
 
 def scenario(ports: dict[str, int], minutes: float) -> dict[str, Any]:
@@ -119,13 +118,6 @@ def _report(k: int, t: float, frame: LocalFrame, p: FloatArray, v: FloatArray) -
     )  # fmt: skip
 
 
-def free_port() -> int:
-    """Return a UDP port that is free now."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("127.0.0.1", 0))
-        return int(one.getsockname()[1])
-
-
 def resident(process: int) -> float:
     """Return the memory that a process holds, MiB."""
     for line in Path(f"/proc/{process}/status").read_text().splitlines():
@@ -149,14 +141,8 @@ def soak(minutes: float, folder: Path) -> tuple[dict[str, Any], FloatArray]:
     try:
         for line in flight.stdout:
             if not others:
-                vehicle = [
-                    "simulate-vehicle",
-                    "--mission",
-                    str(config),
-                    "--connect",
-                    f"udp:127.0.0.1:{ports['autopilot']}",
-                ]
-                others.append(subprocess.Popen([*COMMAND, *vehicle], stderr=subprocess.DEVNULL))
+                peer = f"udp:127.0.0.1:{ports['autopilot']}"
+                others.append(started("simulate-vehicle", "--mission", config, "--connect", peer))
                 sender = multiprocessing.get_context("spawn").Process(target=send, args=(ports,), daemon=True)
                 sender.start()
                 others.append(sender)
@@ -204,6 +190,8 @@ def write(summary: dict[str, Any], rows: FloatArray) -> str:
             "|---|---|---|---|---|---|",
             row("step, from its start to the bytes handed to the socket", live["step_ms"]),
             row("age of a packet when the step that uses it starts", live["packet_age_ms"]),
+            "",
+            "Some 2 MiB an hour of the growth is the recording's index, an entry for each second.",
             "",
         ]
     )

@@ -171,7 +171,7 @@ class Pipeline:
         c3 = self._counter()
         sensors, sound, states = self._watch.step(t, ownship, scans)
         alert = max((threat.level for threat in threats), default=AlertLevel.CLEAR)
-        if not (sound and sure) or any(_is_near(ownship, track) for track in lost):
+        if mission.assumed or not (sound and sure) or any(_is_near(ownship, track) for track in lost):
             alert = max(alert, AlertLevel.UNKNOWN)
         return Snapshot(
             t=t,

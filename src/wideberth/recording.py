@@ -83,6 +83,7 @@ class _MissionText:
     speeds: list[float]
     t_start: float
     index: int
+    assumed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,7 +147,11 @@ class Recorder:
             None
             if mission is None
             else _MissionText(
-                mission.waypoints.tolist(), mission.speeds.tolist(), float(mission.t_start), int(mission.index)
+                mission.waypoints.tolist(),
+                mission.speeds.tolist(),
+                float(mission.t_start),
+                int(mission.index),
+                mission.assumed,
             ),
             frame.latitude,
             frame.longitude,
@@ -424,7 +429,9 @@ def read_recording(path: str | os.PathLike[str]) -> Recording:
         preamble.scenario,
         None
         if mission is None
-        else Mission(np.array(mission.waypoints), np.array(mission.speeds), mission.t_start, mission.index),
+        else Mission(
+            np.array(mission.waypoints), np.array(mission.speeds), mission.t_start, mission.index, mission.assumed
+        ),
         LocalFrame(preamble.origin_latitude, preamble.origin_longitude),
         not damage,
         text,

@@ -289,12 +289,15 @@ class Mission:
         Time at the first waypoint, s.
     index : int
         The waypoint that is being flown to; ``len(waypoints)`` once all are reached.
+    assumed : bool
+        Whether nobody has given it: it is straight flight, and the sky is never told to be clear for it.
     """
 
     waypoints: FloatArray
     speeds: FloatArray
     t_start: float
     index: int = 1
+    assumed: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -312,7 +315,8 @@ class Snapshot:
         None: fly the mission.
     alert_state : AlertLevel
         The worst level of all threats; at least `AlertLevel.UNKNOWN` if a sensor is silent, if some direction around
-        the ownship is not watched by any, if a near aircraft was lost, or if the ownship's own state is not "ok".
+        the ownship is not watched by any, if a near aircraft was lost, if the ownship's own state is not "ok", or if
+        the mission is assumed.
     mission_index : int
         The mission waypoint that is flown to.
     sensors : mapping of str to SensorHealth

@@ -16,7 +16,7 @@ from wideberth.errors import InputError
 from wideberth.links.mavlink.autopilot import Autopilot
 from wideberth.links.mavlink.config import MavlinkConfig
 from wideberth.links.mavlink.dialect import mavlink
-from wideberth.live.simulated_vehicle import SimulatedVehicle, parse_udp, serve
+from wideberth.live.simulated_vehicle import SimulatedVehicle, parse_peers, serve
 from wideberth.live.vehicle_mission import VehicleMission, read_vehicle_mission
 
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
@@ -190,5 +190,58 @@ def test_wrong_options_say_what_to_do(options, message, tmp_path) -> None:
     result = CliRunner().invoke(app, ["simulate-vehicle", "--mission", str(path), *options])
     assert result.exit_code == 2
     assert message in result.output
-    with pytest.raises(InputError):
-        parse_udp("tcp:127.0.0.1:1")
+    for wrong in (["tcp:127.0.0.1:1"], ["tcpin:127.0.0.1:1", "tcpin:127.0.0.1:2"], ["udp:127.0.0.1:0"]):
+        with pytest.raises(InputError):
+            parse_peers(wrong)
+
+
+def test_ground_stations_connect_by_tcp_go_away_and_come_back() -> None:
+    plan = read_vehicle_mission(SCENARIOS / "live_ground_radar.toml", 0.0)
+    vehicle = SimulatedVehicle(COPTER, plan)
+    with socket.create_server(("127.0.0.1", 0)) as free:
+        port = free.getsockname()[1]
+    peers, listen = parse_peers([f"tcpin:127.0.0.1:{port}"])
+    assert peers == [] and listen == ("127.0.0.1", port)
+    ended: list[int] = []
+    thread = threading.Thread(target=serve, args=(vehicle, peers), kwargs={"listen": listen, "until": lambda: ended})
+    thread.start()
+    try:
+        for _ in range(2):
+            kinds: set[str] = set()
+            with socket.socket() as ours:
+                end = time.monotonic() + 60.0
+                while ours.connect_ex(("127.0.0.1", port)) and time.monotonic() < end:
+                    time.sleep(0.05)
+                ours.settimeout(60.0)
+                codec = mavlink.MAVLink(None, 250, 1)
+                codec.robust_parsing = True
+                asked = False
+                while not {"HEARTBEAT", "MISSION_COUNT"} <= kinds and time.monotonic() < end:
+                    kinds |= {m.get_type() for m in codec.parse_buffer(ours.recv(4096)) or ()}
+                    if not asked:
+                        ours.sendall(mavlink.MAVLink_mission_request_list_message(1, 1).pack(codec))
+                        asked = True
+            assert {"HEARTBEAT", "MISSION_COUNT"} <= kinds
+    finally:
+        ended.append(1)
+        thread.join(timeout=60.0)
+    assert not thread.is_alive()
+
+
+@pytest.mark.parametrize("kind", [COPTER, PLANE], ids=["copter", "plane"])
+def test_a_vehicle_leans_or_points_into_the_wind_and_finishes_its_mission(kind) -> None:
+    plan = read_vehicle_mission(SCENARIOS / "live_ground_radar.toml", 0.0)
+    attitudes = []
+    for east in (0.0, 5.0):
+        vehicle = SimulatedVehicle(kind, plan, wind=np.array([0.0, east, 0.0]))
+        for k in range(2000):
+            vehicle.advance(1e9 + 0.1 * k)
+            assert abs(place_of(vehicle)[1]) < 5.0
+            if k == 200:
+                own = vehicle.autopilot._own
+                assert own is not None
+                attitudes.append(own.attitude)
+            if vehicle.is_finished:
+                break
+        assert vehicle.is_finished
+    assert np.abs(attitudes[1] - attitudes[0]).max() > 0.05

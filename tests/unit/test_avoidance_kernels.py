@@ -14,6 +14,7 @@ from wideberth.avoidance import graph_kernels as gk
 from wideberth.avoidance import kernels as rk
 from wideberth.avoidance.config import LocalLevelConfig
 from wideberth.avoidance.local_level import LocalLevelPlanner, limits_array, printed_risk_array, risk_array
+from wideberth.avoidance.prediction_kernels import predict_intruders
 from wideberth.types import Mission, Ownship, Track, TrackStatus
 from wideberth.vehicles.config import PointMassConfig
 from wideberth.vehicles.kernels import fly_path
@@ -36,7 +37,7 @@ def predict(rng, m, dt, n, risk=RISK, near=4000.0):
     """Return the rows (h, n, 9), weights and owners of random traffic about (0, 0, -800)."""
     traffic = random_traffic(rng, m, near)
     out, weight, owner = np.empty((2 * m, n, rk.N_PREDICTION)), np.empty(2 * m), np.empty(2 * m, np.int64)
-    count = rk.predict_intruders(np.array([0.0, 0, -800]), 46.0, 5.0, *traffic, risk, dt, n, out, weight, owner)
+    count = predict_intruders(np.array([0.0, 0, -800]), 46.0, 5.0, *traffic, risk, dt, n, out, weight, owner)
     return out[:count], weight[:count], owner[:count], traffic
 
 
@@ -281,6 +282,8 @@ def test_labels_of_the_flyable_map_are_where_flying_their_edge_leads(seed):
     # Every node of the first ring, and a sample of the others.
     for node in (*range(9), *rng.choice(np.arange(9, 27), 4, replace=False).tolist()):
         ring = node // 9
+        if not np.isfinite(labels[node, gk.LABEL_COST]):
+            assert ring == 2
         sources = [-1] if ring == 0 else range(9 * ring - 9, 9 * ring)
         for source in sources:
             if source != parent[node] and source % 4:
@@ -304,7 +307,9 @@ def test_labels_of_the_flyable_map_are_where_flying_their_edge_leads(seed):
                 assert math.cos(labels[node, gk.COURSE] - edge.end[3]) == pytest.approx(1.0)
                 assert labels[node, gk.LABEL_COST] == pytest.approx(cost, rel=1e-9)
             else:
-                assert cost >= labels[node, gk.LABEL_COST] * (1 - 1e-9)
+                # In the last ring only the best node's cost need be the least.
+                least = labels[node if ring < 2 else path[2], gk.LABEL_COST]
+                assert cost >= least * (1 - 1e-9)
     assert labels[path[-1], gk.LABEL_COST] == labels[18:, gk.LABEL_COST].min()
     assert parent[path[2]] == path[1] and parent[path[1]] == path[0] and parent[path[0]] == -1
 

@@ -16,7 +16,7 @@ from wideberth.live.live_world import LiveWorld, changed
 from wideberth.live.packet_queue import PacketQueue
 from wideberth.live.radar_input import RadarUdpInput, RadarUdpInputConfig
 from wideberth.live.status_writer import StatusWriter
-from wideberth.live.traffic_input import AutopilotInput, AvrInput
+from wideberth.live.traffic_input import AutopilotInput, AvrInput, BeastInput, Gdl90Input, SbsInput, UatInput
 from wideberth.sensors.adsb.config import AdsbReceiverConfig
 from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.types import Maneuver, Mission, Ownship
@@ -64,6 +64,27 @@ def test_a_receivers_bytes_become_one_scan_a_step(link):
     assert each.health(T + 20.0).state == "silent for 20 s"
     link.trouble.words = "reconnecting in 2 s (connection refused)"
     assert each.health(T + 0.8).state == "reconnecting in 2 s (connection refused)"
+
+
+@pytest.mark.parametrize("kind", [AvrInput, BeastInput, SbsInput, UatInput, Gdl90Input])
+def test_noise_is_not_being_heard(link, kind):
+    """Whatever bytes come: who understands none of them is not well, and says so."""
+    each = kind(ReceiverInputConfig(connect="a:1"), "adsb", FRAME, link)
+    rng = np.random.default_rng(4)
+    for k in range(200):
+        noise = rng.bytes(500)
+        # What looks like a message at first: of a radio's noise, or of another format.
+        lures = (
+            b"\x1a3" + bytes(21),
+            b"*8d" + b"00" * 13 + b";\n",
+            b"MSG,3,,,4840D6,,,x\n",
+            b"\x7e\x14" + bytes(29) + b"\x7e",
+        )
+        link.queue.put(T + 0.1 * k, noise + lures[k % 4])
+        each.drain()
+    assert each.health(T + 20.0).state == "nothing understood for 20 s"
+    assert sum(each.rejects.values()) > 100
+    assert each.health(T + 40.0).state == "silent for 40 s"
 
 
 def test_a_break_in_the_connection_forgets_half_a_message(link):

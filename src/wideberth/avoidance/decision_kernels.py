@@ -235,7 +235,7 @@ def decide(
     mission, mission_speeds, mission_index
         The mission and its next waypoint.
     intruders, weight, n_intruders
-        As filled by `predict_intruders` on the grid of `memory.states`.
+        As filled by `prediction_kernels.predict_intruders` on the grid of `memory.states`.
     settings : Settings
     memory : Memory
         Updated.

@@ -7,15 +7,15 @@ from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.keep_out.kernels import N_VOLUME, volumes_entered
-from wideberth.avoidance.kernels import (
-    N_MET,
-    N_PREDICTION,
-    N_RISK,
-    clear_met,
-    cost_beyond,
-    risk_at,
-    terminal_cost,
-    wrap,
+from wideberth.avoidance.kernels import N_PREDICTION, N_RISK, cost_beyond, terminal_cost, wrap
+from wideberth.avoidance.search_risk_kernels import (
+    Around,
+    Traffic,
+    lay_out,
+    look_around,
+    make_around,
+    near_on_way,
+    volumes_risk,
 )
 
 Floats = NDArray[np.float64]
@@ -45,6 +45,13 @@ N_LABEL = 6
 
 
 @jit_uncounted
+def stride_of(k_start: int, n_steps: int, dt: float) -> int:
+    """Return how many grid steps lie between two samples of an edge's risk."""
+    # Far ahead every second sample is enough to choose by; the chosen path is judged at all of them.
+    return 2 if k_start * dt >= FINE_TIME and n_steps % 2 == 0 else 1
+
+
+@jit_uncounted
 def fly_edge(
     label: Floats,
     course_target: float,
@@ -54,16 +61,14 @@ def fly_edge(
     dt: float,
     delay: float,
     limits: Floats,
-    intruders: Floats,
-    weight: Floats,
-    n_intruders: int,
+    traffic: Traffic,
+    around: Around,
     risk: Floats,
     volumes: Floats,
     vertices: Floats,
     allowed: int,
     bound: float,
     end: Floats,
-    met: Floats,
 ) -> float:
     """Fly one edge within the aircraft's limits and add up its risk; stop once the cost passes `bound`.
 
@@ -77,6 +82,9 @@ def fly_edge(
         The edge covers the grid times k_start + 1 ... k_start + n_steps.
     dt, delay : float
         Step of the grid, and time before a turn takes effect, s.
+    traffic : Traffic
+    around : Around
+        What can be met from the edge's start, by `look_around`.
     volumes, vertices : ndarray
         Keep-out volumes: an edge that enters more than `allowed` of them cannot be flown.
     allowed : int
@@ -84,8 +92,6 @@ def fly_edge(
         Cost at which the edge cannot win any more.
     end : ndarray, shape (N_LABEL,)
         Overwritten with the arrival.
-    met : ndarray, shape (N_MET,)
-        Overwritten.
 
     Returns
     -------
@@ -94,9 +100,10 @@ def fly_edge(
     """
     pn, pe, pd, course, climb = label[NORTH], label[EAST], label[DOWN], label[COURSE], label[CLIMB]
     cost = label[LABEL_COST]
+    if cost + around.near_left[0] + around.volumes_left[0] >= bound:
+        return math.inf
     speed = limits[SPEED]
-    # Far ahead every second sample is enough to choose by; the chosen path is judged at all of them.
-    stride = 2 if k_start * dt >= FINE_TIME and n_steps % 2 == 0 else 1
+    stride = stride_of(k_start, n_steps, dt)
     grid = dt
     dt = stride * grid
     most = limits[TURN_RATE] * dt
@@ -125,9 +132,11 @@ def fly_edge(
         ):
             return math.inf
         k = k_start + stride * step
-        cost += risk_at(pn, pe, pd, vn, ve, -climb, intruders, weight, n_intruders, k, k * grid, dt, 1.0, risk, met)
-        if cost >= bound:
+        around.way[step - 1, 0], around.way[step - 1, 1], around.way[step - 1, 2] = pn, pe, pd
+        cost += dt * volumes_risk(pn, pe, pd, vn, ve, k, k * grid, step - 1, traffic, around, risk)
+        if cost + around.near_left[0] + around.volumes_left[step] >= bound:
             return math.inf
+    cost += near_on_way(k_start, stride, n_steps // stride, grid, traffic, around, bound - cost)
     end[NORTH], end[EAST], end[DOWN], end[COURSE], end[CLIMB] = pn, pe, pd, course, climb
     return float(cost)
 
@@ -140,16 +149,14 @@ def fly_ring_edge(
     n_steps: int,
     dt: float,
     limits: Floats,
-    intruders: Floats,
-    weight: Floats,
-    n_intruders: int,
+    traffic: Traffic,
+    around: Around,
     risk: Floats,
     volumes: Floats,
     vertices: Floats,
     allowed: int,
     bound: float,
     end: Floats,
-    met: Floats,
 ) -> float:
     """Go straight to a node of a ring in the time of the ring; infinity where the aircraft cannot.
 
@@ -176,9 +183,11 @@ def fly_ring_edge(
         f = step * dt
         pn, pe, pd = label[NORTH] + vn * f, label[EAST] + ve * f, label[DOWN] + vd * f
         k = k_start + step
-        cost += risk_at(pn, pe, pd, vn, ve, vd, intruders, weight, n_intruders, k, k * dt, dt, 1.0, risk, met)
-        if cost >= bound:
+        around.way[step - 1, 0], around.way[step - 1, 1], around.way[step - 1, 2] = pn, pe, pd
+        cost += dt * volumes_risk(pn, pe, pd, vn, ve, k, k * dt, step - 1, traffic, around, risk)
+        if cost + around.near_left[0] + around.volumes_left[step] >= bound:
             return math.inf
+    cost += near_on_way(k_start, 1, n_steps, dt, traffic, around, bound - cost)
     end[NORTH], end[EAST], end[DOWN], end[COURSE], end[CLIMB] = place[0], place[1], place[2], course, -vd
     return float(cost)
 
@@ -230,7 +239,8 @@ def search_map(
     """Find the cheapest path through the map by a forward sweep over its rings.
 
     ADS-B paper, "Self-separation and collision avoidance": Dijkstra's algorithm on the local-level map; the graph is
-    layered in time, so the sweep visits every edge once and finds the same path.
+    layered in time, so the sweep visits every edge once and finds the same path. An edge is left as soon as it cannot
+    win any more.
 
     Parameters
     ----------
@@ -254,7 +264,7 @@ def search_map(
         Sense (-1, 0, 1; right and up positive) of the maneuver already flown against the same threats.
     labels : ndarray, shape (nodes, N_LABEL)
     parent : ndarray of int, shape (nodes,)
-        Both overwritten.
+        Both overwritten; in the last ring the costs are sure for the best node only, and infinite where no path led.
     path : ndarray of int, shape (rings,)
         Overwritten with the nodes of the best path.
 
@@ -264,49 +274,58 @@ def search_map(
         Number of nodes of the path: the number of rings, or 0 where no edge of the first ring can be flown.
     """
     n_rings = ring_steps.shape[0]
-    end, met = np.empty(N_LABEL), np.empty(N_MET)
-    place = np.empty(3)
+    end, place = np.empty(N_LABEL), np.empty(3)
     order = np.empty(labels.shape[0], np.int64)
+    speed = limits[SPEED_MAX] if geometry == RINGS else limits[SPEED]
+    traffic = lay_out(speed, intruders, weight, n_intruders, int(ring_steps.sum()) + 1, dt, risk)
+    around = make_around(ring_steps.max(), n_intruders)
     k_start = 0
-    elapsed = 0.0
     vertical = max(limits[CLIMB_MAX], 0.1)
     allowed = volumes_entered(
         start[NORTH], start[EAST], start[DOWN], start[NORTH], start[EAST], start[DOWN], volumes, vertices
     )
+    labels[:, LABEL_COST] = math.inf
+    parent[:] = -1
+    best, best_cost = -1, math.inf
     for ring in range(n_rings):
-        elapsed += ring_steps[ring] * dt
-        k_end = k_start + ring_steps[ring]
+        last = ring == n_rings - 1
+        n_steps = ring_steps[ring]
+        k_end = k_start + n_steps
+        elapsed = k_end * dt
+        stride = 1 if geometry == RINGS else stride_of(k_start, n_steps, dt)
         # Cheapest sources first: what they leave as the best cost cuts the others short.
         n_sources = 1
         order[0] = -1
         if ring > 0:
             n_sources = ring_start[ring] - ring_start[ring - 1]
             sort_labels(labels, ring_start[ring - 1], n_sources, order)
-        for node in range(ring_start[ring], ring_start[ring + 1]):
-            labels[node, LABEL_COST] = math.inf
-            parent[node] = -1
-            course_target = start[COURSE] + headings[node]
-            down_target = start[DOWN] - heights[node]
-            if geometry == RINGS:
-                place[0] = start[NORTH] + limits[SPEED] * elapsed * math.cos(course_target)
-                place[1] = start[EAST] + limits[SPEED] * elapsed * math.sin(course_target)
-                place[2] = down_target
-            for rank in range(n_sources):
-                source = order[rank]
-                label = start if source < 0 else labels[source]
-                before = 0.0 if source < 0 else label[LABEL_COST]
-                if before >= labels[node, LABEL_COST]:
-                    break
-                clear_met(met)
+        for rank in range(n_sources):
+            source = order[rank]
+            label = start if source < 0 else labels[source]
+            before = 0.0 if source < 0 else label[LABEL_COST]
+            if before >= best_cost:
+                break
+            climb = max(limits[CLIMB_MAX], limits[SINK_MAX], abs(label[CLIMB]))
+            look_around(
+                label[NORTH], label[EAST], label[DOWN], speed, climb,
+                k_start, stride, n_steps // stride, dt, traffic, risk, around,
+            )  # fmt: skip
+            for node in range(ring_start[ring], ring_start[ring + 1]):
+                bound = best_cost if last else labels[node, LABEL_COST]
+                if before + around.near_left[0] + around.volumes_left[0] >= bound:
+                    continue
+                course_target = start[COURSE] + headings[node]
+                down_target = start[DOWN] - heights[node]
+                saved = label[LABEL_COST]
                 if geometry == RINGS:
-                    saved = label[LABEL_COST]
+                    place[0] = start[NORTH] + limits[SPEED] * elapsed * math.cos(course_target)
+                    place[1] = start[EAST] + limits[SPEED] * elapsed * math.sin(course_target)
+                    place[2] = down_target
                     label[LABEL_COST] = before
                     cost = fly_ring_edge(
-                        label, place, k_start, ring_steps[ring], dt, limits,
-                        intruders, weight, n_intruders, risk, volumes, vertices, allowed,
-                        labels[node, LABEL_COST], end, met,
+                        label, place, k_start, n_steps, dt, limits, traffic, around, risk,
+                        volumes, vertices, allowed, bound, end,
                     )  # fmt: skip
-                    label[LABEL_COST] = saved
                 else:
                     turn = wrap(course_target - label[COURSE])
                     if abs(turn) > limits[HEADING_REACH]:
@@ -320,32 +339,27 @@ def search_map(
                             extra += limits[COST_REVERSAL]
                         if opposite(heights, source, node, climb_sense, 1.0):
                             extra += limits[COST_REVERSAL]
-                    saved = label[LABEL_COST]
                     label[LABEL_COST] = before + extra
                     cost = fly_edge(
-                        label, course_target, down_target, k_start, ring_steps[ring], dt,
-                        limits[TURN_DELAY] if ring == 0 else 0.0, limits,
-                        intruders, weight, n_intruders, risk, volumes, vertices, allowed,
-                        labels[node, LABEL_COST], end, met,
+                        label, course_target, down_target, k_start, n_steps, dt,
+                        limits[TURN_DELAY] if ring == 0 else 0.0, limits, traffic, around, risk,
+                        volumes, vertices, allowed, bound, end,
                     )  # fmt: skip
-                    label[LABEL_COST] = saved
-                if cost < math.inf and ring == n_rings - 1:
+                label[LABEL_COST] = saved
+                if last and cost < bound:
                     cost += terminal_cost(end[NORTH], end[EAST], end[DOWN], goal, limits[SPEED], vertical, goal_weights)
                     vn, ve = limits[SPEED] * math.cos(end[COURSE]), limits[SPEED] * math.sin(end[COURSE])
                     cost += cost_beyond(
                         end[NORTH], end[EAST], end[DOWN], vn, ve, intruders, weight, n_intruders,
                         k_end, k_end * dt, risk,
                     )  # fmt: skip
-                if cost < labels[node, LABEL_COST]:
+                if cost < bound:
                     labels[node, :LABEL_COST] = end[:LABEL_COST]
                     labels[node, LABEL_COST] = cost
                     parent[node] = source
+                    if last:
+                        best, best_cost = node, cost
         k_start = k_end
-    best = -1
-    best_cost = math.inf
-    for node in range(ring_start[n_rings - 1], ring_start[n_rings]):
-        if labels[node, LABEL_COST] < best_cost:
-            best, best_cost = node, labels[node, LABEL_COST]
     if best < 0:
         return 0
     node = best

@@ -1,4 +1,4 @@
-"""Where intruders may be, and what a piece of the ownship's path costs among them."""
+"""What a piece of the ownship's path costs among the predicted intruders."""
 
 import math
 
@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from wideberth._jit import jit, jit_uncounted
 
 Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 # Risk parameters: one flat array, so that the same kernels serve the full and the fast tier.
 HARD_RADIUS, HARD_HEIGHT = 0, 1  # collision volume of the planner, m (half-height)
@@ -34,118 +33,91 @@ N_PREDICTION = 9  # position, velocity, two standard deviations, relevance
 FIRST_HARD, FIRST_INNER, FIRST_OUTER, TIME_HARD, TIME_INNER, TIME_OUTER, COST, CULPRIT = 0, 1, 2, 3, 4, 5, 6, 7
 N_MET = 8
 
-
-@jit_uncounted
-def turn_rate(vn: float, ve: float, an: float, ae: float, sigma_a: float, risk: Floats) -> float:
-    """Return the believed turn rate (rad/s, positive clockwise from above), zero unless significant."""
-    v2 = vn * vn + ve * ve
-    if v2 < 25.0:
-        return 0.0
-    lateral = (vn * ae - ve * an) / math.sqrt(v2)
-    omega = lateral / math.sqrt(v2)
-    if abs(lateral) < risk[TURN_SIGNIFICANCE] * sigma_a or abs(omega) < risk[TURN_RATE_MIN]:
-        return 0.0
-    return float(max(-risk[TURN_RATE_MAX], min(risk[TURN_RATE_MAX], omega)))
-
-
-@jit_uncounted
-def predict_intruders(
-    own: Floats,
-    own_speed: float,
-    own_climb: float,
-    position: Floats,
-    velocity: Floats,
-    acceleration: Floats,
-    covariance: Floats,
-    risk: Floats,
-    dt: float,
-    n: int,
-    out: Floats,
-    weight: Floats,
-    owner: Integers,
-) -> int:
-    """Predict every intruder over a time grid, straight and, where it turns, also along its turn.
-
-    What the ownship cannot meet at a grid time, whatever it does, is marked there; what it can never meet is left out.
-
-    Parameters
-    ----------
-    own : ndarray, shape (3,)
-        Position of the ownship, local NED.
-    own_speed, own_climb : float
-        The most it can do horizontally and vertically, m/s.
-    position, velocity, acceleration : ndarray, shape (m, 3)
-        Local NED.
-    covariance : ndarray, shape (m, 9, 9)
-    risk : ndarray
-        Risk parameters, see the constants above.
-    dt : float
-        Step of the grid, s.
-    n : int
-        Number of grid points; the first is now.
-    out : ndarray, shape (2 m, n, N_PREDICTION)
-        Filled with position, velocity, the standard deviations of horizontal and vertical position, and whether the
-        ownship can be where it would matter (0 or 1).
-    weight : ndarray, shape (2 m,)
-        Filled with the belief in each hypothesis.
-    owner : ndarray of int, shape (2 m,)
-        Filled with the intruder of each hypothesis.
-
-    Returns
-    -------
-    int
-        Number of hypotheses.
-    """
-    count = 0
-    for i in range(position.shape[0]):
-        c = covariance[i]
-        sigma_a = math.sqrt(max(0.5 * (c[6, 6] + c[7, 7]), 0.0))
-        omega = turn_rate(velocity[i, 0], velocity[i, 1], acceleration[i, 0], acceleration[i, 1], sigma_a, risk)
-        for hypothesis in range(2):
-            if hypothesis == 1 and omega == 0.0:
-                break
-            weight[count] = 1.0
-            if omega != 0.0:
-                weight[count] = risk[TURN_WEIGHT] if hypothesis == 1 else 1.0 - risk[TURN_WEIGHT]
-            owner[count] = i
-            pn, pe, pd = position[i, 0], position[i, 1], position[i, 2]
-            vn, ve, vd = velocity[i, 0], velocity[i, 1], velocity[i, 2]
-            rate = omega if hypothesis == 1 else 0.0
-            cos_step, sin_step = math.cos(rate * dt), math.sin(rate * dt)
-            closing = own_speed + math.hypot(vn, ve)
-            ever = False
-            for k in range(n):
-                t = k * dt
-                row = out[count, k]
-                row[0], row[1], row[2] = pn, pe, pd
-                row[3], row[4], row[5] = vn, ve, vd
-                s_n = c[0, 0] + 2.0 * t * c[0, 3] + t * t * c[3, 3]
-                s_e = c[1, 1] + 2.0 * t * c[1, 4] + t * t * c[4, 4]
-                s_d = c[2, 2] + 2.0 * t * c[2, 5] + t * t * c[5, 5]
-                row[6] = math.sqrt(max(0.5 * (s_n + s_e), 0.0))
-                row[7] = math.sqrt(max(s_d, 0.0))
-                reach_h = widened(risk[OUTER_RADIUS], row[6], risk[GROWTH_H], risk, t) + risk[OUTER_TAU] * closing
-                reach_v = widened(risk[OUTER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
-                relevant = (
-                    math.hypot(pn - own[0], pe - own[1]) <= MARGIN_MAX * reach_h + own_speed * t
-                    and abs(pd - own[2]) <= MARGIN_MAX * reach_v + own_climb * t
-                )
-                row[8] = 1.0 if relevant else 0.0
-                ever = ever or relevant
-                if t < risk[TURN_TIME]:
-                    vn, ve = cos_step * vn - sin_step * ve, sin_step * vn + cos_step * ve
-                pn += vn * dt
-                pe += ve * dt
-                pd += vd * dt
-            if ever:
-                count += 1
-    return count
+IN_OUTER, IN_INNER, IN_HARD = 1, 2, 4  # volumes of an intruder that a place is inside of
+NEAR_MIN = 0.1  # least distance, in outer volumes, that the cost of being near is counted for
 
 
 @jit_uncounted
 def widened(size: float, sigma: float, growth: float, risk: Floats, t: float) -> float:
     """Return a dimension of a volume widened for uncertainty and unknown intentions."""
     return float(size + min(risk[SIGMAS] * sigma, risk[SIGMA_CAP] * size) + growth * min(t, risk[GROWTH_TIME]))
+
+
+@jit_uncounted
+def volume_risk(
+    range2: float,
+    height: float,
+    closing: float,
+    r_outer: float,
+    z_outer: float,
+    sigma_h: float,
+    sigma_v: float,
+    t: float,
+    margin: float,
+    risk: Floats,
+) -> tuple[float, int]:
+    """Return the cost of a second at a place for the volumes of one intruder, and which of them that is inside of.
+
+    Parameters
+    ----------
+    range2, height : float
+        Horizontal distance squared (m^2) and height apart (m).
+    closing : float
+        Horizontal separation times its rate, m^2/s: negative where it shrinks.
+    r_outer, z_outer : float
+        The outer volume, widened.
+    sigma_h, sigma_v : float
+        Standard deviations of the intruder's position, m.
+    t, margin, risk
+        As for `risk_at`.
+
+    Returns
+    -------
+    cost : float
+    volumes : int
+        `IN_OUTER`, `IN_INNER` and `IN_HARD` added up.
+    """
+    depth = -1.0
+    if height <= z_outer:
+        if range2 <= r_outer * r_outer:
+            depth = 1.0 + 1.0 - math.sqrt(range2) / r_outer
+        elif closing < 0.0 and risk[OUTER_TAU] > 0.0:
+            tau = (r_outer * r_outer - range2) / closing
+            if tau <= margin * risk[OUTER_TAU]:
+                depth = 1.0 - tau / (margin * risk[OUTER_TAU])
+    cost, volumes = 0.0, 0
+    if depth < 0.0:
+        # The printed search has no outer volume about the hard one.
+        if risk[HARD_RADIUS] <= risk[OUTER_RADIUS] and risk[HARD_HEIGHT] <= risk[OUTER_HEIGHT]:
+            return cost, volumes
+    else:
+        volumes = IN_OUTER
+        share = 0.2 + 0.8 * (1.0 - height / z_outer)
+        cost += risk[WEIGHT_OUTER] * share * (0.3 + depth)
+        r_inner = widened(margin * risk[INNER_RADIUS], sigma_h, risk[GROWTH_H], risk, t)
+        z_inner = widened(margin * risk[INNER_HEIGHT], sigma_v, risk[GROWTH_V], risk, t)
+        if range2 <= r_inner * r_inner and height <= z_inner:
+            volumes += IN_INNER
+            share = 0.3 + min(1.0 - math.sqrt(range2) / r_inner, 1.0 - height / z_inner)
+            cost += risk[WEIGHT_INNER] * share
+    r_hard = widened(risk[HARD_RADIUS], sigma_h, 0.0, risk, t)
+    z_hard = widened(risk[HARD_HEIGHT], sigma_v, 0.0, risk, t)
+    if range2 <= r_hard * r_hard and height <= z_hard:
+        volumes += IN_HARD
+        share = 0.3 + min(1.0 - math.sqrt(range2) / r_hard, 1.0 - height / z_hard)
+        cost += risk[WEIGHT_HARD] * share
+    return cost, volumes
+
+
+@jit_uncounted
+def altitude_risk(altitude: float, risk: Floats) -> float:
+    """Return the cost of a second at an altitude (m) beyond the floor or the ceiling."""
+    cost = 0.0
+    if altitude < risk[FLOOR]:
+        cost += risk[WEIGHT_HARD] * (1.0 + 0.1 * (risk[FLOOR] - altitude))
+    if altitude > risk[CEILING]:
+        cost += risk[WEIGHT_INNER] * (1.0 + 0.1 * (altitude - risk[CEILING]))
+    return cost
 
 
 @jit_uncounted
@@ -173,7 +145,7 @@ def risk_at(
     pn, pe, pd, vn, ve, vd : float
         Position and velocity of the ownship, local NED.
     intruders, weight, n_intruders
-        As filled by `predict_intruders`.
+        As filled by `prediction_kernels.predict_intruders`.
     k : int
         Index of the time on the grid.
     t, dt : float
@@ -196,49 +168,22 @@ def risk_at(
         if row[8] == 0.0:
             continue
         sn, se, sd = row[0] - pn, row[1] - pe, row[2] - pd
-        height = abs(sd)
-        range2 = sn * sn + se * se
+        range2, height = sn * sn + se * se, abs(sd)
         z_outer = widened(margin * risk[OUTER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
         r_outer = widened(margin * risk[OUTER_RADIUS], row[6], risk[GROWTH_H], risk, t)
         scaled = math.sqrt(range2 / (r_outer * r_outer) + sd * sd / (z_outer * z_outer))
-        cost += weight[m] * risk[WEIGHT_NEAR] * dt / max(scaled, 0.1)
-        depth = -1.0
-        if height <= z_outer:
-            rn, re = row[3] - vn, row[4] - ve
-            closing = sn * rn + se * re
-            if range2 <= r_outer * r_outer:
-                depth = 1.0 + 1.0 - math.sqrt(range2) / r_outer
-            elif closing < 0.0 and risk[OUTER_TAU] > 0.0:
-                tau = (r_outer * r_outer - range2) / closing
-                if tau <= margin * risk[OUTER_TAU]:
-                    depth = 1.0 - tau / (margin * risk[OUTER_TAU])
-        if depth < 0.0:
-            # The printed search has no outer volume about the hard one.
-            if risk[HARD_RADIUS] <= risk[OUTER_RADIUS] and risk[HARD_HEIGHT] <= risk[OUTER_HEIGHT]:
-                continue
-        else:
-            if not outer and met[FIRST_OUTER] == math.inf:
-                met[CULPRIT] = m
-            outer = True
-            share = 0.2 + 0.8 * (1.0 - height / z_outer)
-            cost += weight[m] * risk[WEIGHT_OUTER] * dt * share * (0.3 + depth)
-            r_inner = widened(margin * risk[INNER_RADIUS], row[6], risk[GROWTH_H], risk, t)
-            z_inner = widened(margin * risk[INNER_HEIGHT], row[7], risk[GROWTH_V], risk, t)
-            if range2 <= r_inner * r_inner and height <= z_inner:
-                inner = True
-                share = 0.3 + min(1.0 - math.sqrt(range2) / r_inner, 1.0 - height / z_inner)
-                cost += weight[m] * risk[WEIGHT_INNER] * dt * share
-        r_hard = widened(risk[HARD_RADIUS], row[6], 0.0, risk, t)
-        z_hard = widened(risk[HARD_HEIGHT], row[7], 0.0, risk, t)
-        if range2 <= r_hard * r_hard and height <= z_hard:
-            hard = True
-            share = 0.3 + min(1.0 - math.sqrt(range2) / r_hard, 1.0 - height / z_hard)
-            cost += weight[m] * risk[WEIGHT_HARD] * dt * share
-    altitude = -pd
-    if altitude < risk[FLOOR]:
-        cost += risk[WEIGHT_HARD] * dt * (1.0 + 0.1 * (risk[FLOOR] - altitude))
-    if altitude > risk[CEILING]:
-        cost += risk[WEIGHT_INNER] * dt * (1.0 + 0.1 * (altitude - risk[CEILING]))
+        cost += weight[m] * risk[WEIGHT_NEAR] * dt / max(scaled, NEAR_MIN)
+        closing = sn * (row[3] - vn) + se * (row[4] - ve)
+        rate, volumes = volume_risk(range2, height, closing, r_outer, z_outer, row[6], row[7], t, margin, risk)
+        if volumes == 0:
+            continue
+        cost += weight[m] * dt * rate
+        if volumes & IN_OUTER and not outer and met[FIRST_OUTER] == math.inf:
+            met[CULPRIT] = m
+        outer = outer or volumes & IN_OUTER > 0
+        inner = inner or volumes & IN_INNER > 0
+        hard = hard or volumes & IN_HARD > 0
+    cost += dt * altitude_risk(-pd, risk)
     if hard:
         met[FIRST_HARD] = min(met[FIRST_HARD], t)
         met[TIME_HARD] += dt
@@ -273,7 +218,7 @@ def evaluate_path(
     risk: Floats,
     met: Floats,
 ) -> None:
-    """Evaluate a flown path on the grid of `predict_intruders`.
+    """Evaluate a flown path on the grid of `prediction_kernels.predict_intruders`.
 
     Parameters
     ----------
@@ -442,9 +387,8 @@ def point_along(waypoints: Floats, index: int, pn: float, pe: float, ahead: floa
 def warmup() -> None:
     """Compile every kernel of this module for the types it is used with."""
     risk = np.ones(N_RISK)
-    out, weight, owner = np.zeros((2, 4, N_PREDICTION)), np.zeros(2), np.zeros(2, np.int64)
-    one = np.ones((1, 3))
-    m = predict_intruders(np.ones(3), 1.0, 1.0, one, one, one, np.zeros((1, 9, 9)), risk, 1.0, 4, out, weight, owner)
+    out, weight = np.zeros((2, 4, N_PREDICTION)), np.zeros(2)
+    m = 2
     met, point = np.zeros(N_MET), np.zeros(3)
     evaluate_path(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, 1.0, risk, met)
     first_losses(np.ones((4, 7)), 1, 4, 1.0, out, weight, m, risk, np.zeros(2))

@@ -77,6 +77,9 @@ class LocalLevelPlanner:
         m = len(usable)
         x = ground_state(ownship)
         first = np.full(m, math.inf)
+        if self._maneuver is None:
+            # Only a maneuver remembers aircraft by their numbers; in clutter new tracks come all the time.
+            self._keys.clear()
         action = pk.plan(
             t,
             # Copies, as a read-only or strided array would be another type, compiled anew in flight.

@@ -38,8 +38,8 @@ from wideberth.avoidance.kernels import (
     OUTER_RADIUS,
     OUTER_TAU,
     first_losses,
-    predict_intruders,
 )
+from wideberth.avoidance.prediction_kernels import predict_intruders
 from wideberth.conflict.detection_kernels import closest_ahead, detection_time, track_sigmas
 from wideberth.vehicles.kernels import N_PARAMS, P_CLIMB_MAX, P_SINK_MAX, P_SPEED_MAX
 

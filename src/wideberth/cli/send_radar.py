@@ -25,6 +25,7 @@ def send_radar(
     ] = "absent",
     speed: Annotated[float, typer.Option(help="Times real time; for load tests, as velocities then do not fit.")] = 1.0,
     duration: Annotated[float | None, typer.Option(help="Seconds of the source to send.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of a scenario's errors, instead of its own.")] = None,
 ) -> None:
     """Send radar plots over UDP in real time.
 
@@ -40,7 +41,7 @@ def send_radar(
     if not 0 <= radar_id < 65536:
         raise InputError(f"--radar-id {radar_id}: give 0 to 65535")
     packets = RadarPackets(format_, radar_id)
-    scans, _ = scans_of(source, ownship=ownship == "mission", duration=duration)
+    scans, _ = scans_of(source, ownship=ownship == "mission", duration=duration, seed=seed)
     output = UdpOutput(*parse_host_port(to))
     run_sender(
         radar_scans(scans, sensor),

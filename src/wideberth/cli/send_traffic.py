@@ -4,6 +4,8 @@ from typing import Annotated
 
 import typer
 
+from wideberth.errors import InputError
+
 
 def send_traffic(
     source: Annotated[
@@ -23,6 +25,7 @@ def send_traffic(
     traffic_format: Annotated[str, typer.Option(help="Format of a file of traffic.")] = "auto",
     speed: Annotated[float, typer.Option(help="Times real time; for load tests, as velocities then do not fit.")] = 1.0,
     duration: Annotated[float | None, typer.Option(help="Seconds of the source to send.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Of a scenario's errors, instead of its own.")] = None,
 ) -> None:
     """Send traffic in real time as a receiver would.
 
@@ -39,7 +42,9 @@ def send_traffic(
     if Path(source).suffix in (".toml", ".mcap"):
         from wideberth.live.sender_sources import reports_of_scans, scans_of
 
-        pieces = reports_of_scans(*scans_of(Path(source), ownship=False, duration=duration))
+        pieces = reports_of_scans(*scans_of(Path(source), ownship=False, duration=duration, seed=seed))
+    elif seed is not None:
+        raise InputError(f"--seed {seed}: {source} has errors of its own; give a scenario")
     else:
         from wideberth.live.traffic_file import reports_of_file
 

@@ -22,16 +22,25 @@ def simulate_vehicle(
         str, typer.Option(help="own: our models; jsbsim: a Cessna 172 of JSBSim (plane only, 50 m/s).")
     ] = "own",
     connect: Annotated[
-        list[str] | None, typer.Option(help="Where to send to; may be repeated.  [default: udp:127.0.0.1:14550]")
+        list[str] | None,
+        typer.Option(
+            help="Where to send to, udp:HOST:PORT, or to be connected to, tcpin:HOST:PORT; may be repeated.  "
+            "[default: udp:127.0.0.1:14550]"
+        ),
     ] = None,
     speed: Annotated[str | None, typer.Option(help="Cruise speed, such as 20m/s.", show_default=False)] = None,
+    wind: Annotated[
+        str | None,
+        typer.Option(help="Speed of the wind, such as 6m/s; by default the scenario's [wind].", show_default=False),
+    ] = None,
+    wind_from: Annotated[str, typer.Option(help="Where it comes from, clockwise from north.")] = "0deg",
     speed_up: Annotated[float, typer.Option(min=0.1, max=100.0, help="Simulated seconds for each real one.")] = 1.0,
     home_altitude: Annotated[str, typer.Option(help="Of the ground at home, above mean sea level.")] = "0m",
     signing_key: Annotated[str | None, typer.Option(help="Key of MAVLink signing.", show_default=False)] = None,
     tlog: Annotated[Path | None, typer.Option(help="Telemetry log to write.", show_default=False)] = None,
     until_done: Annotated[bool, typer.Option("--until-done", help="Stop when the mission is completed.")] = False,
 ) -> None:
-    """Fly a mission behind MAVLink over UDP, as ArduPilot or PX4 would.
+    """Fly a mission behind MAVLink, as ArduPilot or PX4 would.
 
     docs/mavlink.md says what it understands.
     """
@@ -44,16 +53,27 @@ def simulate_vehicle(
     cruise = None if speed is None else quantity("--speed", speed, "speed")
     if cruise is not None and cruise <= 0.0:
         raise InputError(f"--speed {speed}: give a speed above 0")
+    blown = None
+    if wind is not None:
+        from math import cos, sin
+
+        import numpy as np
+
+        speed_of_air, origin = quantity("--wind", wind, "speed"), quantity("--wind-from", wind_from, "angle")
+        blown = -speed_of_air * np.array([cos(origin), sin(origin), 0.0])
+    if blown is not None and dynamics == "jsbsim":
+        raise InputError("--wind: only with --dynamics own")
     altitude = quantity("--home-altitude", home_altitude, "length")
     import contextlib
     import signal
 
     from wideberth.links.mavlink.modes import VehicleKind
     from wideberth.links.mavlink.wire import signing_key as key_of
-    from wideberth.live.simulated_vehicle import SimulatedVehicle, parse_udp, serve
+    from wideberth.live.simulated_vehicle import SimulatedVehicle, parse_peers, serve
     from wideberth.live.vehicle_mission import read_vehicle_mission
 
-    peers = [parse_udp(text) for text in connect or ["udp:127.0.0.1:14550"]]
+    places = connect or ["udp:127.0.0.1:14550"]
+    peers, listen = parse_peers(places)
     key = None if signing_key is None else key_of(signing_key)
     plan = read_vehicle_mission(mission, altitude)
     body = None
@@ -61,16 +81,17 @@ def simulate_vehicle(
         from wideberth.live.jsbsim_body import CRUISE_SPEED, JsbsimBody
 
         body, cruise = JsbsimBody(plan.frame), cruise or CRUISE_SPEED
-    flown = SimulatedVehicle(VehicleKind(autopilot, vehicle), plan, cruise, body, key)
+    flown = SimulatedVehicle(VehicleKind(autopilot, vehicle), plan, cruise, body, key, blown)
     ended: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _frame: ended.append(number))
-    typer.echo(f"{autopilot} {vehicle}, sending to {', '.join(f'{host}:{port}' for host, port in peers)}", err=True)
+    typer.echo(f"{autopilot} {vehicle}, linked to {', '.join(places)}", err=True)
     with contextlib.ExitStack() as stack:
         stack.enter_context(contextlib.suppress(KeyboardInterrupt))
         log = None if tlog is None else stack.enter_context(tlog.open("wb"))
         serve(
             flown,
             peers,
+            listen=listen,
             speed_up=speed_up,
             until=lambda: bool(ended) or (until_done and flown.is_finished),
             tlog=log,

@@ -26,7 +26,9 @@ _ABSENT = 1e8
 """Where an ownship is that no radar is to see, m."""
 
 
-def scans_of(path: Path, *, ownship: bool = False, duration: float | None = None) -> tuple[Scans, LocalFrame]:
+def scans_of(
+    path: Path, *, ownship: bool = False, duration: float | None = None, seed: int | None = None
+) -> tuple[Scans, LocalFrame]:
     """Return the scans of a scenario (TOML) or of a recording (MCAP), by step, and their local frame.
 
     Parameters
@@ -37,20 +39,25 @@ def scans_of(path: Path, *, ownship: bool = False, duration: float | None = None
         If not they do not see it: where the real one flies is not known here. A recording is as it is.
     duration : float, optional
         s of scenario time; by default the scenario's, else what the mission takes.
+    seed : int, optional
+        Of the errors, instead of the scenario's.
 
     Raises
     ------
     InputError
-        If it is neither, cannot be used, or has a radar on an ownship that does not fly.
+        If it is neither, cannot be used, has a radar on an ownship that does not fly, or is a recording and a seed is
+        given.
     """
     if path.suffix == ".mcap":
+        if seed is not None:
+            raise InputError(f"--seed {seed}: {path} is a recording, whose errors are what they are")
         recording = read_recording(path)
         steps = ((step.t, step.scans) for step in recording.steps())
         if duration is not None:
             end = recording.t_start + duration
             return ((t, scans) for t, scans in steps if t <= end), recording.frame
         return steps, recording.frame
-    scenario = load_scenario(path)
+    scenario = load_scenario(path, () if seed is None else (f"seed={seed}",))
     return _simulated(scenario, ownship=ownship, duration=duration), scenario.frame()
 
 

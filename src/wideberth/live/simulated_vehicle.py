@@ -1,11 +1,8 @@
-"""A vehicle to try things with, without hardware: our dynamics behind MAVLink over UDP, in real time or faster."""
+"""A vehicle to try things with, without hardware: our dynamics behind MAVLink, in real time or faster."""
 
-import contextlib
 import math
-import select
-import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import BinaryIO
 
 import numpy as np
@@ -16,14 +13,15 @@ from wideberth.links.mavlink.simulated_autopilot import FlightTarget, SimulatedA
 from wideberth.links.mavlink.telemetry_log import tlog_record
 from wideberth.links.mavlink.wire import split_frames
 from wideberth.live.vehicle_body import Body, CopterBody, PlaneBody
+from wideberth.live.vehicle_links import VehicleLinks
 from wideberth.live.vehicle_mission import VehicleMission
+from wideberth.types import FloatArray
 from wideberth.vehicles.config import MultirotorConfig, PointMassConfig
 
 _STEP_S = 0.02
 _CAPTURE_M = {"plane": 60.0, "copter": 4.0}
 _SPEED_MPS = {"plane": 22.0, "copter": 8.0}
 _PLANE = PointMassConfig(speed_min_mps=15.0, speed_max_mps=30.0, climb_rate_max_mps=4.0, sink_rate_max_mps=4.0)
-_RECEIVE = 65536
 _BEHIND_S = 1.0  # of simulated time that it may fall behind before it gives up catching up
 
 
@@ -38,6 +36,10 @@ class SimulatedVehicle:
         Cruise speed, m/s; by default that of the mission, else 22 m/s (plane) or 8 m/s.
     body : Body, optional
         By default our model of the airframe, with the limits of a scenario's ownship where they fit.
+    key : bytes, optional
+        Of MAVLink signing.
+    wind : ndarray, shape (3,), optional
+        Velocity of the air, local NED, m/s, for our models; by default that of the mission.
 
     Attributes
     ----------
@@ -51,9 +53,10 @@ class SimulatedVehicle:
         speed: float | None = None,
         body: Body | None = None,
         key: bytes | None = None,
+        wind: FloatArray | None = None,
     ) -> None:
         cruise = speed or mission.speed or _SPEED_MPS[kind.airframe]
-        self._body = body if body is not None else _body(kind, mission, cruise)
+        self._body = body if body is not None else _body(kind, mission, cruise, mission.wind if wind is None else wind)
         self.autopilot = SimulatedAutopilot(
             kind, mission.frame, mission.home, mission.items, cruise, _CAPTURE_M[kind.airframe], key=key
         )
@@ -94,45 +97,58 @@ class SimulatedVehicle:
         self._body.place(mission.start, speed * np.array([math.cos(course), math.sin(course), 0.0]))
 
 
-def _body(kind: VehicleKind, mission: VehicleMission, speed: float) -> Body:
+def _body(kind: VehicleKind, mission: VehicleMission, speed: float, wind: FloatArray) -> Body:
     limits = mission.limits
     if kind.airframe == "copter":
         fits = isinstance(limits, MultirotorConfig)
-        return CopterBody(limits if fits else MultirotorConfig(speed_max_mps=max(15.0, 1.3 * speed)))
-    return PlaneBody.of(limits if isinstance(limits, PointMassConfig) else _PLANE)
+        return CopterBody(limits if fits else MultirotorConfig(speed_max_mps=max(15.0, 1.3 * speed)), wind)
+    return PlaneBody.of(limits if isinstance(limits, PointMassConfig) else _PLANE, wind)
 
 
-def parse_udp(text: str) -> tuple[str, int]:
-    """Return host and port of ``udp:host:port``.
+def parse_peers(texts: Sequence[str]) -> tuple[list[tuple[str, int]], tuple[str, int] | None]:
+    """Return hosts and ports to send to, ``udp:host:port``, and where to listen, ``tcpin:host:port``, if anywhere.
 
     Raises
     ------
     InputError
-        If it is something else.
+        If one is something else, or there are two to listen on.
     """
-    scheme, _, rest = text.partition(":")
-    host, _, port = rest.rpartition(":")
-    if scheme not in ("udp", "udpout") or not host or not port.isdecimal() or not 0 < int(port) < 65536:
-        raise InputError(f"--connect '{text}': write udp:127.0.0.1:14550")
-    return host, int(port)
+    peers: list[tuple[str, int]] = []
+    listen: tuple[str, int] | None = None
+    for text in texts:
+        scheme, _, rest = text.partition(":")
+        host, _, port = rest.rpartition(":")
+        known = scheme in ("udp", "udpout", "tcpin") and host and port.isdecimal() and 0 < int(port) < 65536
+        if not known or (scheme == "tcpin" and listen is not None):
+            raise InputError(
+                f"--connect '{text}': write udp:127.0.0.1:14550, or once tcpin:127.0.0.1:5760 to be connected to"
+            )
+        if scheme == "tcpin":
+            listen = host, int(port)
+        else:
+            peers.append((host, int(port)))
+    return peers, listen
 
 
 def serve(
     vehicle: SimulatedVehicle,
     peers: list[tuple[str, int]],
     *,
+    listen: tuple[str, int] | None = None,
     speed_up: float = 1.0,
     until: Callable[[], bool] = lambda: False,
     tlog: BinaryIO | None = None,
     observe: Callable[[SimulatedVehicle, float], None] = lambda _vehicle, _t: None,
 ) -> None:
-    """Fly a vehicle in real time, sending to peers over UDP and listening to them, until `until` is true.
+    """Fly a vehicle in real time, with its links served, until `until` is true.
 
     Parameters
     ----------
     vehicle : SimulatedVehicle
     peers : list of tuple
-        Hosts and ports.
+        Hosts and ports to send datagrams to.
+    listen : tuple, optional
+        Host and port where ground stations may connect by TCP.
     speed_up : float
         Simulated seconds for each real one.
     until : callable
@@ -140,11 +156,15 @@ def serve(
         All frames sent and received are written there, as ground stations log them.
     observe : callable
         Told the vehicle and the time after each step.
+
+    Raises
+    ------
+    InputError
+        If it cannot be listened there.
     """
     start_unix, start = time.time(), time.monotonic()
     link = vehicle.autopilot
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
-        udp.setblocking(False)
+    with VehicleLinks(peers, listen) as links:
         previous = start_unix
         while not until():
             t = start_unix + (time.monotonic() - start) * speed_up
@@ -152,33 +172,14 @@ def serve(
                 vehicle.skip(t)
             previous = t
             vehicle.advance(t)
-            for data in _received(udp):
+            for data in links.receive():
                 link.receive(data, t)
                 _log(tlog, data, t)
             for frame in split_frames(link.outgoing(t)):
                 _log(tlog, frame, t)
-                for peer in peers:
-                    _send(udp, frame, peer)
+                links.send(frame)
             observe(vehicle, t)
-            select.select([udp], [], [], _STEP_S / speed_up)
-
-
-def _received(udp: socket.socket) -> list[bytes]:
-    datagrams: list[bytes] = []
-    while len(datagrams) < 1000:
-        try:
-            datagrams.append(udp.recv(_RECEIVE))
-        except BlockingIOError:
-            break
-        except ConnectionError:
-            continue  # nobody listens there yet
-    return datagrams
-
-
-def _send(udp: socket.socket, data: bytes, peer: tuple[str, int]) -> None:
-    # A full buffer or a closed port loses a packet, as the air does.
-    with contextlib.suppress(BlockingIOError, ConnectionError):
-        udp.sendto(data, peer)
+            links.wait(_STEP_S / speed_up)
 
 
 def _log(tlog: BinaryIO | None, data: bytes, t: float) -> None:

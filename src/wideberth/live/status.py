@@ -6,6 +6,8 @@ from typing import Any
 
 from wideberth.types import AlertLevel, Maneuver, Mission, Ownship, SensorHealth, Snapshot, Threat, Track
 
+NO_MISSION = "the autopilot has no mission: straight flight is assumed, and nothing is commanded"
+
 _COLOURS = {"clear": "green", "unknown": "magenta", "preventive": "cyan", "corrective": "yellow", "warning": "bold red"}
 
 
@@ -30,6 +32,7 @@ def status_of(
     missing : str
         What is missing for the first step, in words.
     mission : Mission or None
+        One that is assumed is told as none.
     inputs : mapping of str to SensorHealth
     autopilot, loop : mapping
         Of the autopilot and of the loop, JSON types already.
@@ -39,7 +42,7 @@ def status_of(
     state, why = "unknown", missing
     if snapshot is not None:
         state = snapshot.alert_state.name.lower()
-        why = _why_unknown(snapshot) if snapshot.alert_state == AlertLevel.UNKNOWN else ""
+        why = _why_unknown(snapshot, mission) if snapshot.alert_state == AlertLevel.UNKNOWN else ""
     return {
         "t": t,
         "state": state,
@@ -47,7 +50,9 @@ def status_of(
         "threat": None if snapshot is None else _threat(snapshot),
         "tracks": 0 if snapshot is None else sum(not track.is_ownship for track in snapshot.tracks),
         "maneuver": None if snapshot is None else _maneuver(snapshot.maneuver),
-        "mission": None if mission is None else {"index": mission.index, "waypoints": len(mission.waypoints)},
+        "mission": None
+        if mission is None or mission.assumed
+        else {"index": mission.index, "waypoints": len(mission.waypoints)},
         "ownship": None if snapshot is None else _ownship(snapshot.ownship),
         "autopilot": dict(autopilot),
         "inputs": {name: health_of(health) for name, health in inputs.items()},
@@ -66,8 +71,9 @@ def health_of(health: SensorHealth) -> dict[str, Any]:
     }
 
 
-def _why_unknown(snapshot: Snapshot) -> str:
-    reasons = [] if snapshot.ownship.state == "ok" else [f"ownship: {snapshot.ownship.state}"]
+def _why_unknown(snapshot: Snapshot, mission: Mission | None) -> str:
+    reasons = [NO_MISSION] if mission is not None and mission.assumed else []
+    reasons += [] if snapshot.ownship.state == "ok" else [f"ownship: {snapshot.ownship.state}"]
     reasons += [f"{name}: {health.state}" for name, health in snapshot.sensors.items() if health.state != "ok"]
     return "; ".join(reasons) or "not all around is watched, or a near aircraft was lost"
 

@@ -1,5 +1,6 @@
 """Receivers of ADS-B as inputs of a flight: bytes become reports, and those one scan a step."""
 
+import math
 from collections import deque
 from typing import ClassVar
 
@@ -31,6 +32,7 @@ class TrafficInput(Input):
         self._reader = READERS[self.reader_name]()
         self._reports: deque[AdsbReport] = deque()
         self._lost = 0
+        self._t_bytes = -math.inf
         self._receiver = AdsbReceiver(config, self, frame, name)
 
     @property
@@ -48,9 +50,10 @@ class TrafficInput(Input):
         if not data:
             self._reader.restart()
             return
-        before = self._reader.counters.get("messages", 0)
+        self._t_bytes = t
+        before = self._reader.understood
         self._reports.extend(self._reader.feed(data, t))
-        count = self._reader.counters.get("messages", 0) - before
+        count = self._reader.understood - before
         if count:
             self._messages.note(t, count)
         while len(self._reports) > _REPORTS_MAX:
@@ -70,6 +73,12 @@ class TrafficInput(Input):
     def forget(self, t: float) -> None:
         """Forget the reports that were not yet taken."""
         self._reports.clear()
+
+    def _state(self, t: float) -> str:
+        state = super()._state(t)
+        if state.startswith("silent") and t - self._t_bytes <= self._config.silent_after_s:
+            return state.replace("silent", "nothing understood")
+        return state
 
     def close(self) -> None:
         """Do nothing: the link is closed by who opened it."""

@@ -44,9 +44,9 @@ class PlaneBody:
         self._command = np.zeros(3)
 
     @classmethod
-    def of(cls, config: PointMassConfig) -> "PlaneBody":
-        """Return a plane of a configuration."""
-        return cls(PointMass(config))
+    def of(cls, config: PointMassConfig, wind: FloatArray | None = None) -> "PlaneBody":
+        """Return a plane of a configuration, in a wind (3,), NED, m/s."""
+        return cls(PointMass(config, wind))
 
     def place(self, position: FloatArray, velocity: FloatArray) -> None:
         """Put it at a position (3,) with a velocity (3,), local NED."""
@@ -78,10 +78,10 @@ class PlaneBody:
 
 
 class CopterBody:
-    """A multirotor: flies along lines, comes to rest at its target."""
+    """A multirotor in a wind (3,), NED, m/s: flies along lines, comes to rest at its target."""
 
-    def __init__(self, config: MultirotorConfig) -> None:
-        self._vehicle = Multirotor(config)
+    def __init__(self, config: MultirotorConfig, wind: FloatArray | None = None) -> None:
+        self._vehicle = Multirotor(config, wind)
         self._config = config
 
     def place(self, position: FloatArray, velocity: FloatArray) -> None:

@@ -1,7 +1,7 @@
 """What a simulated vehicle is to fly: a mission file, put into mission items."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +32,8 @@ class VehicleMission:
         Of the first leg, m/s.
     limits : PartConfig or None
         Configuration of the ownship of a scenario.
+    wind : ndarray, shape (3,)
+        Velocity of the air, local NED, m/s: that of a scenario, else none.
     """
 
     frame: LocalFrame
@@ -40,6 +42,7 @@ class VehicleMission:
     start: FloatArray
     speed: float | None
     limits: Any = None
+    wind: FloatArray = field(default_factory=lambda: np.zeros(3))
 
 
 def read_vehicle_mission(path: Path, home_altitude: float) -> VehicleMission:
@@ -63,7 +66,8 @@ def read_vehicle_mission(path: Path, home_altitude: float) -> VehicleMission:
         if scenario.mission is None:
             raise InputError(f"{path} has no mission: it needs a [mission] table with waypoints")
         frame = scenario.frame()
-        return _of_waypoints(scenario.mission.mission(frame), frame, home_altitude, scenario.ownship.config)
+        plan = _of_waypoints(scenario.mission.mission(frame), frame, home_altitude, scenario.ownship.config)
+        return replace(plan, wind=scenario.wind.vector())
     if path.suffix == ".csv":
         from wideberth.simulation.mission import read_mission_file
 

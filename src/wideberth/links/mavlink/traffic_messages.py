@@ -38,6 +38,7 @@ class TrafficMessages:
     def __init__(self, own_receiver: str = "autopilot") -> None:
         self._own_receiver = own_receiver
         self._numbers: dict[str, int] = {}
+        self._numbered = 0
         self._t_tracks = -math.inf
         self._levels: dict[str, AlertLevel] = {}
         self._alert = AlertLevel.CLEAR
@@ -78,6 +79,7 @@ class TrafficMessages:
         if not due:
             return
         self._t_tracks = t
+        self._numbers = {name: number for name, number in self._numbers.items() if name in by_id}
         if traffic:
             for track in snapshot.tracks:
                 if not track.is_ownship and track.sources != (self._own_receiver,):
@@ -107,7 +109,10 @@ class TrafficMessages:
         """Return the ICAO address, or a number of our own beyond 24 bits."""
         if len(track_id) == 6 and all(c in "0123456789abcdef" for c in track_id):
             return int(track_id, 16)
-        return self._numbers.setdefault(track_id, _OWN_ADDRESSES + len(self._numbers) % 0xFFFFFF)
+        if track_id not in self._numbers:
+            self._numbers[track_id] = _OWN_ADDRESSES + self._numbered % 0xFFFFFF
+            self._numbered += 1
+        return self._numbers[track_id]
 
     def _say_level(self, track: Track, threat: Threat) -> None:
         if threat.level < AlertLevel.PREVENTIVE:

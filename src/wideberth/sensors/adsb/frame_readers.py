@@ -42,6 +42,12 @@ class FrameReader:
         )
 
     @property
+    def understood(self) -> int:
+        """How many frames had a parity that fits, of aircraft in the air or not."""
+        decoder = self.decoder
+        return sum(decoder.kinds.values()) + decoder.rejects["surface"] + decoder.rejects["TIS-B not used"]
+
+    @property
     def rejects(self) -> dict[str, int]:
         """Rejections by cause; positions that jump are among them though their messages count as understood."""
         jumps = Counter({"position jumps": self.decoder.results["position jumps"]})

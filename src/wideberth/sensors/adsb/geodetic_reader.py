@@ -34,6 +34,11 @@ class GeodeticReader:
         return {"messages": self.messages} | nonzero(self.kinds, self.results) | self._left_out()
 
     @property
+    def understood(self) -> int:
+        """How many messages made sense, of aircraft in the air or not."""
+        return sum(self.kinds.values()) + self._rejects["surface"]
+
+    @property
     def rejects(self) -> dict[str, int]:
         """Rejections by cause, positions refused included."""
         return self._left_out() | {name: self.results[name] for name in _REFUSED if self.results[name]}

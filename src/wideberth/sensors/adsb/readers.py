@@ -32,6 +32,10 @@ class Reader(Protocol):
         """Counts of messages by kind, of results, and of rejections by cause."""
 
     @property
+    def understood(self) -> int:
+        """How many messages made sense; what noise can pass for does not count."""
+
+    @property
     def rejects(self) -> dict[str, int]:
         """The rejections among the counters."""
 

@@ -241,7 +241,7 @@ INTRODUCTION = (
     "benchmark's sets only, as they are slow; what they lack is explained in [trackers](../trackers.md).",
     "",
     "`man_short` and `man_fast` turn more often and faster than the benchmark's flights, for which 1.5 m/s was asked:",
-    "there the velocity is missed by the filter, not by association, as the aircraft alone are followed no better.",
+    "there the velocity is missed. The positions of the aircraft alone are no better: association is not the cause.",
 )
 CROWDED = (
     f"Straight flights over {CROWD_EXTENT:g} times the distances, half a minute, three runs of each, 0 to 3 false",

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.window_kernels import TABLE_NODES
@@ -201,13 +201,18 @@ def ready(scan: Scan, log: SensorLog, config: MultiTargetConfig) -> ReadyScan:
     return ReadyScan(
         t=float(scan.t),
         sensor=log.index,
-        z=np.ascontiguousarray(scan.z, dtype=np.float64),
-        variance=np.ascontiguousarray(np.diagonal(scan.R, axis1=1, axis2=2), dtype=np.float64),
-        position=np.ascontiguousarray(scan.sensor_position, dtype=np.float64),
+        z=_own(scan.z),
+        variance=_own(np.diagonal(scan.R, axis1=1, axis2=2)),
+        position=_own(scan.sensor_position),
         velocity=log.velocity,
-        attitude=np.ascontiguousarray(scan.sensor_attitude, dtype=np.float64),
-        field_of_view=np.array(scan.field_of_view, dtype=np.float64),
+        attitude=_own(scan.sensor_attitude),
+        field_of_view=_own(scan.field_of_view),
         ranges=ranges,
         probabilities=probabilities,
         cone=scan.kind == "radar_cone",
     )
+
+
+def _own(values: ArrayLike) -> FloatArray:
+    """Return a copy: an array that cannot be written is another type to the compiler, which would compile in flight."""
+    return np.array(values, dtype=np.float64, order="C")

@@ -9,12 +9,11 @@ from tests.made_plots import scan_of
 from wideberth.plots import Plots
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.intake import SensorLog, ready
-from wideberth.types import Scan
 
 SIGMA = np.array([0.4, 0.02, 0.02, np.nan])
 
 
-def scan(n: int) -> Scan:
+def scan(n):
     z = np.tile([300.0, 0.1, 0.2, np.nan], (n, 1))
     plots = Plots(
         first=np.array([0, n]), z=z, t=np.zeros(1), sensor_position=np.zeros((1, 3)),
@@ -25,7 +24,7 @@ def scan(n: int) -> Scan:
 
 
 @pytest.mark.parametrize("n", [0, 1, 2])
-def test_what_cannot_be_written_is_copied(n: int) -> None:
+def test_what_cannot_be_written_is_copied(n):
     given = scan(n)
     frozen = {name: np.array(getattr(given, name)) for name in ("z", "R", "sensor_position", "sensor_attitude")}
     for array in frozen.values():

@@ -15,6 +15,7 @@ from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet import COUNTERS, FleetRun, event_of, start_states
 from wideberth.simulation.fleet_config import FleetConfig
 from wideberth.simulation.fleet_vehicle import FleetVehicle, VehicleRecord
+from wideberth.simulation.predicted_fleet import predicts
 
 MOST_PROCESSES = 10
 _READY_TIME = 300.0  # s until a process has its kernels, compiled in the worst case
@@ -47,13 +48,18 @@ def fly_as_processes(
     Raises
     ------
     InputError
-        If there are too many vehicles, the fleet is centralised, or a process has ended before its flight.
+        If there are too many vehicles, the fleet is centralised or predicts, or a process has ended before its flight.
     """
     n = len(config.vehicles)
     if n > MOST_PROCESSES:
         raise InputError(f"{n} vehicles: processes are for 2 to {MOST_PROCESSES}; fly without --processes")
     if config.architecture == "centralised":
         raise InputError("a centralised fleet does not fly as processes: each of them decides for itself")
+    if predicts(config):
+        raise InputError(
+            "processes take states as received: leave out --processes, or controller.prediction, "
+            "communication.velocities and vehicles.health"
+        )
     if not speed_up > 0:
         raise InputError(f"speed-up {speed_up:g}: give a positive number")
     context = multiprocessing.get_context("spawn")

@@ -10,6 +10,7 @@ from wideberth.avoidance.cas.settings import REASONS, settings
 from wideberth.simulation import fleet_hub_kernels, fleet_kernels
 from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet_config import CommunicationConfig, FleetConfig
+from wideberth.simulation.predicted_fleet import PredictedFleet, predicts
 from wideberth.types import FloatArray
 from wideberth.vehicles.rotorcraft import parameters
 
@@ -101,6 +102,11 @@ class Fleet:
     config : FleetConfig
     log_period : float or None
         s between lines of the log; None: no log.
+
+    Raises
+    ------
+    InputError
+        If a controller does not go with its prediction, or a table of conflict probabilities does not fit.
     """
 
     def __init__(self, config: FleetConfig, log_period: float | None = None) -> None:
@@ -110,7 +116,9 @@ class Fleet:
         self._steps = round(config.duration_s / config.step_s)
         self._log_every = 0 if log_period is None else max(round(log_period / config.step_s), 1)
         logged = 0 if self._log_every == 0 else -(-self._steps // self._log_every)
-        self._p, self._q, self._run = controller_settings(config), vehicle_parameters(config), run_settings(config)
+        self._predicted = PredictedFleet(config) if predicts(config) else None
+        self._p = controller_settings(config, predicted=self._predicted is not None)
+        self._q, self._run = vehicle_parameters(config), run_settings(config)
         central, ring = config.architecture == "centralised", ring_length(config)
         self._buffers = kernels.make_buffers(n, ring, n + 1 if central else None)
         self._hub = fleet_hub_kernels.make_hub(n, 2 * ring if central else 1)
@@ -145,28 +153,27 @@ class Fleet:
                 raise ValueError(f"delay {delay} must lie between 0 and the configuration's delay_s")
             run[kernels.R_DELAY] = delay
         wanted = self.wanted if start is None else np.ascontiguousarray(x[:, 2])
-        return int(
-            fleet_kernels.fly(
-                x.copy(),
-                np.ascontiguousarray(x),
-                wanted,
-                self._p,
-                self._q,
-                run,
-                self.config.seed,
-                encounter,
-                self._steps,
-                self._log_every,
-                self._ints[0],
-                self._ints[1],
-                self._floats,
-                self._ints[2],
-                self._scratch,
-                self._buffers,
-                self._hub,
-                self._results,
-            )
+        arguments = (
+            x.copy(),
+            np.ascontiguousarray(x),
+            wanted,
+            self._p,
+            self._q,
+            run,
+            self.config.seed,
+            encounter,
+            self._steps,
+            self._log_every,
+            self._ints[0],
+            self._ints[1],
+            self._floats,
+            self._ints[2],
+            self._scratch,
+            self._buffers,
         )
+        if self._predicted is not None:
+            return self._predicted.fly(*arguments, self._results)
+        return int(fleet_kernels.fly(*arguments, self._hub, self._results))
 
     @property
     def separation(self) -> FloatArray:
@@ -232,9 +239,9 @@ def start_states(config: FleetConfig) -> tuple[FloatArray, FloatArray]:
     return start, np.array(wanted)
 
 
-def controller_settings(config: FleetConfig) -> FloatArray:
-    """Return the settings of each vehicle's controller (n, N_SETTINGS)."""
-    return np.array([settings(v.controller or config.controller) for v in config.vehicles])
+def controller_settings(config: FleetConfig, *, predicted: bool = False) -> FloatArray:
+    """Return the settings of each vehicle's controller (n, N_SETTINGS); `predicted` as of `settings`."""
+    return np.array([settings(v.controller or config.controller, predicted=predicted) for v in config.vehicles])
 
 
 def vehicle_parameters(config: FleetConfig) -> FloatArray:

@@ -24,6 +24,8 @@ class CommunicationConfig(PartConfig):
         Shares of messages that are lost, come twice, or are corrupted.
     position_sigma_m : float
         Standard deviation per axis of the positions that vehicles measure of themselves and send.
+    velocities : bool
+        Whether messages carry velocities; without them others know positions alone.
     hub : bool
         Messages go by a hub that only passes them on (figure 3.2): delay and loss count on both ways, a loss on the way
         up concerns all.
@@ -33,9 +35,11 @@ class CommunicationConfig(PartConfig):
         Whose messages are missing then; None: everybody's.
     before_start : str
         What is known before the first message: the first state, frozen as in a delay buffer filled with it (``held``),
-        straight flight before the start (``straight``), or nothing (``silent``).
+        straight flight before the start (``straight``), or nothing (``silent``). Vehicles that predict take ``held``
+        for ``straight``.
     speed_limit_mps, jump_limit_m : float
         A message with a higher speed, or farther from where it was expected (plus its age times that speed), is absurd.
+        Vehicles that predict have their own limits in `PredictionConfig`.
     """
 
     period_s: float | None = Field(default=None, gt=0)
@@ -45,6 +49,7 @@ class CommunicationConfig(PartConfig):
     duplicates: float = Field(default=0.0, ge=0, le=1)
     absurd: float = Field(default=0.0, ge=0, le=1)
     position_sigma_m: float = Field(default=0.0, ge=0)
+    velocities: bool = True
     hub: bool = False
     outage_start_s: float = Field(default=0.0, ge=0)
     outage_duration_s: float = Field(default=0.0, ge=0)
@@ -65,12 +70,16 @@ class FleetVehicleConfig(PartConfig):
         None: the one it starts at.
     controller : CasConfig or None
         None: the fleet's.
+    health : str
+        What its messages say of it: ``nominal``, ``degraded`` (its course is less certain) or ``failed`` (it is taken
+        not to avoid, too).
     """
 
     position_m: tuple[float, float, float]
     velocity_mps: tuple[float, float, float]
     altitude_wanted_m: float | None = None
     controller: CasConfig | None = None
+    health: Literal["nominal", "degraded", "failed"] = "nominal"
 
     @model_validator(mode="before")
     @classmethod

@@ -243,6 +243,7 @@ def warmup() -> None:
         0, 0.1, x, floats, p, r, ints.copy(), ints.copy(), floats.copy(), ints.copy(), 0,
         make_buffers(n, 4), make_results(n, 4, 2),
     )  # fmt: skip
+    settle(0, 0.1, 0, 0.0, ints.copy(), ints.copy(), floats.copy(), ints.copy(), 0, make_results(n, 4, 2))
     messages.receive(0, r, p, make_buffers(n, 4), make_results(n, 4, 2))
     fly(
         x, x.copy(), floats, p, q, r, 1, 1, 2, 1,

@@ -12,6 +12,9 @@ from wideberth.avoidance.cas.traffic_picture import Traffic, TrafficPicture
 from wideberth.avoidance.cas.vehicle_message import VehicleMessage
 from wideberth.types import FloatArray
 
+CONTROLLERS = ("interval", "bang_bang", "continuous")
+"""Those that decide for one vehicle on what it predicts."""
+
 
 class VehicleController:
     """Takes messages as they come and decides against all vehicles known (CAS thesis, 4.1, 4.3).
@@ -19,7 +22,7 @@ class VehicleController:
     Parameters
     ----------
     config : CasConfig
-        With the controller ``interval``, ``bang_bang`` or ``continuous``; prediction and threshold of any kind.
+        With one of `CONTROLLERS`; prediction and threshold of any kind.
     number : int
         Of the own vehicle: in a tie the lower one climbs.
 
@@ -37,8 +40,8 @@ class VehicleController:
     """
 
     def __init__(self, config: CasConfig, number: int) -> None:
-        if config.controller not in {"interval", "bang_bang", "continuous"}:
-            raise ValueError(f"controller '{config.controller}' is for fleets: use interval, bang_bang or continuous")
+        if config.controller not in CONTROLLERS:
+            raise ValueError(f"controller '{config.controller}' is for fleets: use one of {', '.join(CONTROLLERS)}")
         self.picture = TrafficPicture(config, number)
         self.target: int | None = None
         self._p = settings(config, predicted=True)

@@ -9,10 +9,17 @@ from typer.testing import CliRunner
 
 from wideberth.cli.main import app
 from wideberth.errors import InputError
+from wideberth.evaluation.radar_figures import angle_figure, parabola_figure
+from wideberth.evaluation.radar_report import Watched, draw
+from wideberth.evaluation.radar_run import process_recording
 from wideberth.evaluation.radar_setup import load_radar
+from wideberth.sensors.radar.array import steering_vector
+from wideberth.sensors.radar.config import RadarConfig
+from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
 from wideberth.sensors.radar.plot_file import read_plot_file
 from wideberth.sensors.radar.presets import PRESETS
-from wideberth.sensors.radar.raw.recording import write_raw
+from wideberth.sensors.radar.processing.frame import process_frame
+from wideberth.sensors.radar.raw.recording import RawRecording, write_raw
 from wideberth.sensors.radar.sweeps.simulate import RadarTarget, simulate_frames
 
 TOML = """
@@ -107,7 +114,7 @@ def test_the_report_has_its_pictures(files):
     result = run("show", files / "raw.npy", "--radar", files / "radar.toml", "--out", files / "show")
     assert result.exit_code == 0, result.output
     names = {path.stem for path in (files / "show").glob("*.png")}
-    assert {"range_time", "threshold", "range_doppler", "angles", "false_alarms"} <= names
+    assert {"range_time", "threshold", "parabola", "range_doppler", "angles", "false_alarms"} <= names
     page = (files / "show" / "report.html").read_text()
     assert f"{FRAMES} of {FRAMES} frames" in page
 
@@ -147,3 +154,112 @@ def test_input_that_does_not_fit(files, tmp_path):
     assert (
         run("process", files / "raw.npy", "--radar", files / "radar.toml", "--out", tmp_path / "p.csv").exit_code == 2
     )
+
+
+def changed(files, change):
+    samples = np.load(files / "raw.npy")
+    change(samples)
+    np.save(files / "changed.npy", samples)
+    return files / "changed.npy"
+
+
+def channel_of_nan(samples):
+    samples[:, :, 5] = np.nan
+
+
+def channel_of_zeros(samples):
+    samples[:, :, 5] = 0.0
+
+
+def frames_of_nan(samples):
+    samples[:3] = np.nan
+
+
+def counts(samples):
+    samples *= 1e8
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (channel_of_nan, ["channel not finite", "channel 5 (from 0) not used, scans"]),
+        (channel_of_zeros, ["channel constant", "channel 5 (from 0) not used, scans"]),
+        (frames_of_nan, ["frame unusable", "channel_not_finite 16; look at the cables"]),
+        (counts, ["frame unusable", "channel_too_loud 16", "volts"]),
+    ],
+)
+def test_what_is_wrong_with_samples_is_told(files, change, words):
+    file = changed(files, change)
+    for command in (["process", file, "--out", files / "p.parquet"], ["show", file, "--out", files / "page"]):
+        result = run(*command, "--radar", files / "radar.toml")
+        assert result.exit_code == 0, result.output
+        assert all(word in result.output for word in words), result.output
+    page = (files / "page" / "report.html").read_text()
+    assert words[0] in page and words[1] in page
+
+
+def test_a_noise_run_says_which_channel_is_not_usable(files):
+    file = changed(files, channel_of_zeros)
+    result = run("noise", file, "--radar", files / "radar.toml", "--out", files / "some.npz")
+    assert result.exit_code == 0, result.output
+    levels = result.output.splitlines()[1].split(": ")[-1].split(", ")
+    assert levels[5] == "not usable"
+    assert len(levels) == 16
+    assert "volts_per_unit" not in result.output
+    file = changed(files, counts)
+    assert "volts_per_unit" in run("noise", file, "--radar", files / "radar.toml", "--out", files / "n.npz").output
+
+
+def test_files_that_are_something_else_are_refused_with_what_to_do(files):
+    (files / "text.npy").write_text("no array")
+    ArrayCalibration.ideal(4).save(files / "four.npz")
+    radar = ["--radar", files / "radar.toml", "--out", files / "p.parquet"]
+    for options, words in (
+        ([files / "text.npy"], "numpy.save"),
+        ([files / "raw.npy", "--noise", files / "text.npy"], "wideberth radar noise"),
+        ([files / "raw.npy", "--noise", files / "none.npz"], "no such file"),
+        ([files / "raw.npy", "--calibration", files / "text.npy"], "not a calibration"),
+        ([files / "raw.npy", "--calibration", files / "four.npz"], "of 4 channels, the radar has 16"),
+    ):
+        result = run("process", *options, *radar)
+        assert result.exit_code == 2, result.output
+        assert words in result.output
+
+
+def test_pictures_are_of_the_frame_with_most_plots_of_the_file(files):
+    setup = load_radar(str(files / "radar.toml"))
+    recording = RawRecording(changed(files, frames_of_nan), setup.radar, setup.layout)
+    watched = Watched()
+    process_recording(setup, recording, None, watch=watched)
+    assert len(watched.times) == FRAMES - 3
+    assert watched.chosen >= 3
+    drawn = draw(setup, recording, watched)
+    # Cells are drawn around their middles: that of no Doppler around 0.
+    left, right, bottom, top = drawn["range_doppler"].axes[0].images[0].get_extent()
+    cell = (top - bottom) / 8
+    assert bottom + 4.5 * cell == pytest.approx(0.0, abs=1e-9)
+    assert left == pytest.approx(-0.5 * setup.radar.range_bin)
+    assert right == pytest.approx((setup.radar.range_bins - 0.5) * setup.radar.range_bin)
+
+
+def test_mvdr_spectra_do_without_the_channels_that_were_not_used():
+    radar = RadarConfig()
+    wave = steering_vector(radar, 0.3, 0.0).ravel() * [1.0, 0.0, 1.0, 1.0]
+    used = np.array([True, False, True, True])
+    figure = angle_figure(radar, [np.outer(wave, wave.conj())], ["echo"], used)
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    x, y = lines["echo, MVDR"].get_data()
+    assert abs(x[np.argmax(y)] - np.degrees(0.3)) < 1.0
+    assert np.median(y) < -15.0
+
+
+def test_the_parabola_is_drawn_through_the_greatest_peak(files):
+    setup = load_radar(str(files / "radar.toml"))
+    processed = process_frame(setup.radar, RawRecording(files / "raw.npy", setup.radar).frame(0).samples)
+    figure = parabola_figure(setup.radar, processed)
+    points, curve, top = figure.axes[0].lines
+    x, y = curve.get_data()
+    places, magnitudes = points.get_data()
+    for k in (0, 50, 100):
+        assert y[k] == pytest.approx(magnitudes[places == x[k]][0])
+    assert top.get_xdata()[0] == pytest.approx(x[np.argmax(y)], abs=0.02)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from tests.made_frames import radar
+from wideberth.errors import InputError
 from wideberth.sensors.radar.array import steering_vector
 from wideberth.sensors.radar.estimation.calibration import ArrayCalibration, calibrate
 
@@ -80,6 +81,8 @@ def test_it_is_stored_and_read(tmp_path):
     np.savez(tmp_path / "third.npz", other=np.eye(4))
     with pytest.raises(ValueError, match="is not a calibration"):
         ArrayCalibration.load(tmp_path / "third.npz")
+    with pytest.raises(InputError, match="no such file"):
+        ArrayCalibration.load(tmp_path / "none.npz")
 
 
 def test_bad_echoes_are_refused():

@@ -42,6 +42,9 @@ def test_a_channel_that_breaks_in_the_run_is_not_known() -> None:
     run[1][:, 2] = 0.0
     found = noise_statistics(RADAR, run)
     assert not found.power[2].any() and found.power[[0, 1, 3]].all()
+    run[2][:] = np.nan
+    with pytest.raises(InputError, match="frame 2 of the noise run: nothing of the frame"):
+        noise_statistics(RADAR, run)
 
 
 def test_a_file_gives_back_what_was_saved(tmp_path: Path) -> None:

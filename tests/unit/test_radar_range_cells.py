@@ -1,6 +1,7 @@
 """What range bins make of an echo, and groups of bins of noise: against sums, trials and simulated samples."""
 
 import itertools
+import os
 
 import numpy as np
 import pytest
@@ -58,6 +59,7 @@ def test_groups_are_counted_over_all_outcomes(group: int) -> None:
         assert found == pytest.approx(exact)
 
 
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="whole frames: minutes without the compiler")
 @pytest.mark.parametrize("p_fa", [0.01, 0.1])
 def test_noise_has_as_many_groups_as_said(p_fa: float) -> None:
     radar = SMALL.model_copy(update={"false_alarm_probability": p_fa})
@@ -92,6 +94,7 @@ def share_seen(radar: RadarConfig, rate: float, n: int = 60) -> float:
     return seen / n
 
 
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="whole frames: minutes without the compiler")
 def test_a_fast_target_is_seen_where_migration_is_followed_and_lost_where_not() -> None:
     assert share_seen(SMALL, 45.0) < 0.6
     assert share_seen(FOLLOWS, 45.0) > share_seen(SMALL, 45.0) + 0.25

@@ -52,10 +52,20 @@ def faint(x: np.ndarray) -> None:
     x[:, 1] *= 0.01
 
 
+def loud(x: np.ndarray) -> None:
+    x[:, 1] *= 1e5
+
+
 @pytest.mark.parametrize("estimator", ["maximum_likelihood", "printed"])
 @pytest.mark.parametrize(
     ("broken", "cause"),
-    [(zero, "channel_constant"), (infinite, "channel_not_finite"), (clip, "channel_clipped"), (faint, "channel_dead")],
+    [
+        (zero, "channel_constant"),
+        (infinite, "channel_not_finite"),
+        (clip, "channel_clipped"),
+        (faint, "channel_dead"),
+        (loud, "channel_too_loud"),
+    ],
 )
 def test_processing_goes_on_without_a_channel(broken, cause: str, estimator: str) -> None:
     radar = RADAR.model_copy(update={"processing": ProcessingConfig(estimator=estimator)})
@@ -85,6 +95,8 @@ def test_nothing_usable_is_an_error_that_says_why() -> None:
         process(RADAR, np.full_like(frame(), np.nan))
     with pytest.raises(InputError, match="channel_dead"):
         process(RADAR, 1e-3 * frame())
+    with pytest.raises(InputError, match=r"channel_too_loud 4; .* volts"):
+        process(RADAR, 1e5 * frame())
 
 
 def test_noise_of_another_radar_and_a_time_before_it_are_refused() -> None:

@@ -133,7 +133,7 @@ def test_damaged_and_missing_files(tmp_path):
         RawRecording(tmp_path, RADAR)
     for name in ("a.npy", "a.npz"):
         (tmp_path / name).write_bytes(b"nothing of the kind")
-        with pytest.raises(InputError, match="cannot be read"):
+        with pytest.raises(InputError, match="not a NumPy file"):
             RawRecording(tmp_path / name, RADAR)
     np.save(tmp_path / "pickled.npy", np.array([{}]), allow_pickle=True)
     with pytest.raises(InputError, match="cannot be read"):

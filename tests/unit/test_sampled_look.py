@@ -1,6 +1,7 @@
 """A radar of a scenario at the level of samples: the same mounts, names and faults as with modelled plots."""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -108,6 +109,7 @@ def test_faults_are_those_of_modelled_plots():
     assert abs(scans[0][0].z[:, 0] - 1.02 * np.linalg.norm(really)).min() < 0.05
 
 
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="whole frames: minutes without the compiler")
 def test_noise_is_a_stream_of_each_unit_and_look():
     def plots(other, **changed):
         sensor = radar(**{**UP, "swerling": 1, "false_alarm_probability": 0.01, **changed})
@@ -127,6 +129,7 @@ def test_noise_is_a_stream_of_each_unit_and_look():
         assert len(a.z) == len(d.z)
 
 
+@pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="whole frames: minutes without the compiler")
 def test_noise_can_be_measured_before_the_start():
     settings = {**UP, "noise_run_frames": 20, "receiver": {"adc_bits": 12, "if_filter_order": 3}}
     sensor = radar(**settings)

@@ -71,6 +71,8 @@ def process(
         write_plot_table(out, run)
     console = Console(highlight=False)
     console.print(_table(file.name, run))
+    if run.complaint:
+        console.print(f"frame unusable: {run.complaint}", markup=False, soft_wrap=True)
     console.print(f"plots: {out}", markup=False, soft_wrap=True)
 
 
@@ -94,10 +96,12 @@ def noise(
     from wideberth.sensors.radar.range_cells import window_noise_gain
 
     expected = noise_power(setup.radar) * window_noise_gain(setup.radar.processing.window)
-    level = 10.0 * np.log10(np.maximum(np.median(statistics.power, axis=1), 1e-300) / expected)
-    words = ", ".join(f"{value:+.2f}" for value in level)
+    level = np.median(statistics.power, axis=1) / expected
+    words = ", ".join(f"{10.0 * np.log10(value):+.2f}" if value > 0.0 else "not usable" for value in level)
     typer.echo(f"{statistics.samples:.0f} sweeps of {setup.radar.channels} channels: {out}")
     typer.echo(f"noise of the channels over the link budget's, dB: {words}")
+    if not 0.1 < np.median(level) < 10.0:
+        typer.echo("that is far off: are the samples volts at the receiver's input (volts_per_unit in [layout])?")
 
 
 def show(
@@ -132,6 +136,8 @@ def show(
 
     console = Console(highlight=False)
     console.print(_table(file.name, run))
+    if run.complaint:
+        console.print(f"frame unusable: {run.complaint}", markup=False, soft_wrap=True)
     console.print(f"report: {page}", markup=False, soft_wrap=True)
 
 
@@ -214,8 +220,6 @@ def _table(name: str, run: "RadarRun") -> "Table":
     table.add_row("frames", f"{run.frames:,}")
     table.add_row("frames used", f"{len(run.scans):,}")
     table.add_row("plots", f"{run.plots:,}")
-    for cause, count in sorted(run.rejects.items()):
-        table.add_row(cause.replace("_", " "), f"{count:,}")
-    if run.left_over:
-        table.add_row("sweeps at the end that fill no frame", f"{run.left_over:,}")
+    for cause, count in run.left_out():
+        table.add_row(cause, f"{count:,}")
     return table

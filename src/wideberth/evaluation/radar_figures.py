@@ -13,11 +13,13 @@ from wideberth.evaluation.report_style import FAINT, INK, LIMIT, OWNSHIP, RC, ne
 from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.estimation.beamforming import conventional_spectrum, direction_grid, mvdr_spectrum
 from wideberth.sensors.radar.processing.frame import Processed
-from wideberth.sensors.radar.processing.peak_interpolation import RangeSpread
+from wideberth.sensors.radar.processing.peak_interpolation import RangeSpread, parabola_offset
 from wideberth.types import FloatArray
 
 _MOST_CELLS = 1500  # of a picture's axis; more are taken together by their largest
 _ANGLE_FLOOR_DB = 20.0
+_POINTS_A_BEAM = 32
+_NOT_USED = 1e6  # noise that takes a channel out of MVDR beams, over the mean power
 _FLOOR_DB = 30.0  # below the strongest, where a picture's colours end
 
 
@@ -47,7 +49,8 @@ def range_time_figure(
         step = -(-powers.shape[1] // _MOST_CELLS)
         shown = _largest(powers, step)
         level = decibels(shown)
-        extent = (times[0], times[-1] if len(times) > 1 else times[0] + 1.0, 0.0, powers.shape[1] * radar.range_bin)
+        half = 0.5 * (float(np.median(np.diff(times))) if len(times) > 1 else radar.update_interval_s)
+        extent = (times[0] - half, times[-1] + half, *_edges(powers.shape[1], radar.range_bin))
         floor = float(np.nanmedian(level))
         image = left.imshow(
             level.T, origin="lower", aspect="auto", extent=extent, vmin=floor - 3.0, vmax=floor + 25.0, cmap="viridis"
@@ -59,6 +62,7 @@ def range_time_figure(
         right.plot(np.asarray(times)[frames], bins * radar.range_bin, ".", color=OWNSHIP, markersize=2.0)
         right.set_title("over the threshold (4.7)")
         for axes in (left, right):
+            axes.set_xlim(extent[:2])
             axes.set_xlabel("time, s")
             axes.grid(False)
     return figure
@@ -131,7 +135,7 @@ def noise_figure(radar: RadarConfig, powers: FloatArray, looks: float, bin_numbe
 
 
 def range_doppler_figure(radar: RadarConfig, image: NDArray[np.complexfloating[Any, Any]]) -> Figure:
-    """Return the power of a frame over range and Doppler, summed over the channels.
+    """Return the power of a frame over range and Doppler, mean of the channels.
 
     Parameters
     ----------
@@ -147,7 +151,9 @@ def range_doppler_figure(radar: RadarConfig, image: NDArray[np.complexfloating[A
         power = (np.abs(spectrum) ** 2).mean(axis=1)
         level = decibels(_largest(power, -(-power.shape[1] // _MOST_CELLS)))
         most = radar.wavelength / (4.0 * radar.sweep_interval)
-        extent = (0.0, power.shape[1] * radar.range_bin, -most, most)
+        first, last = _edges(sweeps, 2.0 * most / sweeps)
+        middle = (sweeps // 2) * 2.0 * most / sweeps  # where the transform has zero
+        extent = (*_edges(power.shape[1], radar.range_bin), first - middle, last - middle)
         floor = float(np.nanmedian(level)) - 3.0
         drawn = axes.imshow(
             level, origin="lower", aspect="auto", extent=extent, vmin=floor, vmax=floor + 40.0, cmap="viridis"
@@ -159,43 +165,57 @@ def range_doppler_figure(radar: RadarConfig, image: NDArray[np.complexfloating[A
     return figure
 
 
-def angle_figure(radar: RadarConfig, covariances: Sequence[NDArray[np.complex128]], labels: Sequence[str]) -> Figure:
+def angle_figure(
+    radar: RadarConfig,
+    covariances: Sequence[NDArray[np.complex128]],
+    labels: Sequence[str],
+    channels: NDArray[np.bool_],
+) -> Figure:
     """Return the angle spectra of some detections: conventional and MVDR over direction.
 
     Parameters
     ----------
     radar : RadarConfig
     covariances : sequence of ndarray, shape (channels, channels)
+        0 where a channel was not used.
     labels : sequence of str
+    channels : ndarray of bool, shape (channels,)
+        Those that were used.
     """
-    grid = direction_grid(radar)
+    grid = direction_grid(radar, _POINTS_A_BEAM)
     plane = min(len(grid.right), len(grid.down)) > 1
     with rc_context(RC):
         figure = new_figure(9.6, 3.4 if not plane else 3.2 * len(covariances))
         if plane:
             panels = figure.subplots(len(covariances), 2, squeeze=False)
             for row, matrix, label in zip(panels, covariances, labels, strict=True):
-                _angle_map(row[0], grid, conventional_spectrum(radar, matrix), f"{label}: conventional")
-                _angle_map(row[1], grid, _mvdr(radar, matrix), "MVDR")
+                _angle_map(row[0], grid, _conventional(radar, matrix), f"{label}: conventional")
+                _angle_map(row[1], grid, _mvdr(radar, matrix, channels), "MVDR")
             return figure
         axes = figure.add_subplot()
         over = grid.right if len(grid.right) > 1 else grid.down
         angle = np.degrees(np.arcsin(np.clip(over, -1.0, 1.0)))
         for k, (matrix, label) in enumerate(zip(covariances, labels, strict=True)):
-            for spectrum, style in ((conventional_spectrum(radar, matrix), "-"), (_mvdr(radar, matrix), ":")):
+            for spectrum, style in ((_conventional(radar, matrix), "-"), (_mvdr(radar, matrix, channels), ":")):
                 level = decibels(spectrum.ravel())
                 axes.plot(angle, level - np.nanmax(level), color=traffic_colour(k), linestyle=style,
                           label=f"{label}, {'conventional' if style == '-' else 'MVDR'}")  # fmt: skip
         axes.set_ylim(-_FLOOR_DB, 1.0)
         axes.set_xlabel("angle from boresight, deg")
         axes.set_ylabel("power, dB of the strongest")
-        axes.legend(fontsize=8)
+        axes.legend(ncols=3, fontsize=8, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.2)
     return figure
 
 
-def _mvdr(radar: RadarConfig, matrix: NDArray[np.complex128]) -> FloatArray:
+def _conventional(radar: RadarConfig, matrix: NDArray[np.complex128]) -> FloatArray:
+    return conventional_spectrum(radar, matrix, points_a_beam=_POINTS_A_BEAM)
+
+
+def _mvdr(radar: RadarConfig, matrix: NDArray[np.complex128], channels: NDArray[np.bool_]) -> FloatArray:
+    power = float(np.trace(matrix).real) / len(matrix)
+    heard = matrix + np.diag(np.where(channels, 0.0, _NOT_USED * power))
     # Of few sweeps a covariance cannot be inverted as it is.
-    return mvdr_spectrum(radar, matrix, loading=float(0.01 * np.trace(matrix).real / len(matrix)))
+    return mvdr_spectrum(radar, heard, loading=0.01 * power, points_a_beam=_POINTS_A_BEAM)
 
 
 def _angle_map(axes: Axes, grid: Any, spectrum: FloatArray, title: str) -> None:
@@ -206,8 +226,34 @@ def _angle_map(axes: Axes, grid: Any, spectrum: FloatArray, title: str) -> None:
     axes.figure.colorbar(drawn, ax=axes, label="dB of the strongest")
     axes.set_title(title)
     axes.set_xlabel("direction cosine, right")
-    axes.set_ylabel("down")
+    axes.set_ylabel("direction cosine, down")
     axes.grid(False)
+
+
+def parabola_figure(radar: RadarConfig, processed: Processed) -> Figure | None:
+    """Return figure 5.5, the parabola through the greatest peak of a frame and the bins beside it; None without one."""
+    magnitude = np.sqrt(processed.power)
+    inner = processed.peaks[(processed.peaks > 0) & (processed.peaks < len(magnitude) - 1)]
+    if not len(inner):
+        return None
+    b = int(inner[np.argmax(magnitude[inner])])
+    left, center, right = magnitude[b - 1 : b + 2] / magnitude[b]
+    offset = float(parabola_offset(left, center, right))
+    with rc_context(RC):
+        figure = new_figure(9.6, 2.9)
+        axes = figure.add_subplot()
+        bins = np.arange(max(b - 4, 0), min(b + 5, len(magnitude)))
+        axes.vlines(bins, 0.0, magnitude[bins] / magnitude[b], color=FAINT)
+        axes.plot(bins, magnitude[bins] / magnitude[b], ".", color=INK, markersize=7, label="magnitude")
+        x = np.linspace(-1.0, 1.0, 101)
+        curve = center + 0.5 * (right - left) * x + (0.5 * (left + right) - center) * x**2
+        axes.plot(b + x, curve, color=OWNSHIP, label="parabola (5.6)")
+        axes.axvline(b + offset, color=LIMIT, linestyle="--", label=f"its top: bin {b + offset:.2f}")
+        axes.set_ylim(0.0, 1.15 * max(1.0, float(curve.max())))
+        axes.set_xlabel(f"range bin, of {radar.range_bin:.3g} m")
+        axes.set_ylabel("magnitude over the peak's")
+        axes.legend()
+    return figure
 
 
 def spread_figure(offsets: FloatArray, spread: RangeSpread) -> Figure:
@@ -220,22 +266,35 @@ def spread_figure(offsets: FloatArray, spread: RangeSpread) -> Figure:
     spread : RangeSpread
     """
     with rc_context(RC):
-        figure = new_figure(9.6, 4.6)
-        panels = figure.subplots(2, 2)
+        figure = new_figure(9.6, 4.8)
+        panels = figure.subplots(2, 3)
         beta = 0.5 * -np.expm1(-np.abs(offsets) * spread.rate)
-        drawn = (
-            (offsets, "offset of the parabola (5.6)", (-0.5, 0.5)),
-            (np.abs(offsets), "its magnitude (5.7)", (0.0, 0.5)),
-            (beta, "as a beta distribution (5.8)", (0.0, 0.5)),
-            (spread(offsets), "corrected (5.11)", (-0.5, 0.5)),
-        )
-        for axes, (values, title, limits) in zip(panels.ravel(), drawn, strict=True):
+        drawn = {
+            (0, 0): (offsets, "offset of the parabola (5.6)", (-0.5, 0.5)),
+            (0, 1): (np.abs(offsets), "its magnitude (5.7)", (0.0, 0.5)),
+            (0, 2): (beta, "beta distributed (5.8)", (0.0, 0.5)),
+            (1, 1): (np.abs(spread(offsets)), "uniform (5.10)", (0.0, 0.5)),
+            (1, 2): (spread(offsets), "corrected (5.11)", (-0.5, 0.5)),
+        }
+        for place, (values, title, limits) in drawn.items():
+            axes = panels[place]
             axes.hist(values, bins=int(np.clip(len(offsets) // 8, 8, 40)), range=limits, color=OWNSHIP)
             axes.set_axisbelow(True)
             axes.set_title(title)
             axes.set_xlabel("bins")
             axes.set_ylabel("peaks")
+        x = np.linspace(0.0, 0.5, 201)
+        table = panels[1, 0]
+        table.plot(x, spread.from_beta(x), color=OWNSHIP)
+        table.set_title("lookup table (5.9)")
+        table.set_xlabel("beta distributed, bins")
+        table.set_ylabel("uniform, bins")
     return figure
+
+
+def _edges(cells: int, width: float) -> tuple[float, float]:
+    """Return where a picture of cells with their middles at 0, `width`, ... begins and ends."""
+    return -0.5 * width, (cells - 0.5) * width
 
 
 def _largest(powers: FloatArray, step: int) -> FloatArray:

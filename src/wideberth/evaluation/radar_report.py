@@ -20,6 +20,8 @@ from wideberth.sensors.radar.processing.averaging import correlation_matrices
 from wideberth.sensors.radar.processing.frame import Processed
 from wideberth.sensors.radar.processing.frame_powers import frame_image
 from wideberth.sensors.radar.processing.peak_interpolation import RangeSpread, fit_range_spread, parabola_offset
+from wideberth.sensors.radar.processing.range_compression import checked_samples
+from wideberth.sensors.radar.processing.sample_checks import usable_samples
 from wideberth.sensors.radar.processing.thresholds import false_alarm_probabilities
 from wideberth.sensors.radar.raw.recording import RawRecording
 from wideberth.types import FloatArray
@@ -31,6 +33,7 @@ _CLEAR_DB = 6.0
 _WORDS = {
     "range_time": ("Power over range and time", "Averaged over channels and sweeps, and what is over the threshold."),
     "threshold": ("One frame", "Single bins over the threshold are dropped; peaks of groups go on to the estimator."),
+    "parabola": ("Its greatest peak", "Three bins and the parabola through them, as printed (5.5)."),
     "range_doppler": ("Range and Doppler of that frame", "The spectrum over the frame's sweeps, mean of the channels."),
     "angles": ("Directions of its strongest plots", "Beams over all directions: conventional (4.5), and MVDR."),
     "noise": ("Distribution of a quiet bin", "From frame to frame, beside the laws that thresholds are made of."),
@@ -51,7 +54,7 @@ class Watched:
     offsets : list of float
         Of the parabola through each peak of a clear echo, bins.
     chosen : int
-        Which frame has most plots.
+        Which frame of the file has most plots.
     """
 
     times: list[float] = field(default_factory=list)
@@ -62,7 +65,7 @@ class Watched:
     best: Processed | None = None
     chosen: int = 0
 
-    def __call__(self, t: float, processed: Processed) -> None:
+    def __call__(self, k: int, t: float, processed: Processed) -> None:
         """Take in the steps of one frame."""
         if len(self.times) < _FRAMES_KEPT:
             self.times.append(t)
@@ -70,7 +73,7 @@ class Watched:
             self.detected.append(processed.detected)
             self.looks = processed.looks * float(processed.channels.sum())
             if self.best is None or len(processed.kept) > len(self.best.kept):
-                self.best, self.chosen = processed, len(self.times) - 1
+                self.best, self.chosen = processed, k
         magnitude = np.sqrt(processed.power)
         # Where peaks of noise lie says nothing of the parabola.
         clear = processed.kept[processed.estimates.snr_db[processed.kept] > _CLEAR_DB]
@@ -95,15 +98,21 @@ def draw(setup: RadarSetup, recording: RawRecording, watched: Watched) -> dict[s
     powers, detected = np.array(watched.powers, dtype=np.float64), np.array(watched.detected)
     drawn["range_time"] = figures.range_time_figure(radar, watched.times, powers, detected)
     drawn["threshold"] = figures.threshold_figure(radar, watched.best)
-    image = frame_image(radar, recording.frame(watched.chosen).samples)
+    parabola = figures.parabola_figure(radar, watched.best)
+    if parabola is not None:
+        drawn["parabola"] = parabola
+    used = watched.best.channels
+    samples = checked_samples(radar, recording.frame(watched.chosen).samples)
+    image = frame_image(radar, samples[usable_samples(radar, samples).sweeps])
+    image = np.where(used[:, None], image, np.complex64(0.0))
     if len(image) > 1:
-        drawn["range_doppler"] = figures.range_doppler_figure(radar, image)
+        drawn["range_doppler"] = figures.range_doppler_figure(radar, image[:, used])
     estimates, kept = watched.best.estimates, watched.best.kept
     strongest = kept[np.argsort(-estimates.snr_db[kept], kind="stable")[:_SPECTRA]]
     if len(strongest) and radar.channels > 1:
         bins = watched.best.peaks[estimates.peak[strongest]]
         labels = [f"{estimates.z[i, 0]:.1f} m" for i in strongest]
-        drawn["angles"] = figures.angle_figure(radar, list(correlation_matrices(image, bins)), labels)
+        drawn["angles"] = figures.angle_figure(radar, list(correlation_matrices(image, bins)), labels, used)
     quiet = np.flatnonzero(~detected.any(axis=0) & np.isfinite(watched.best.threshold))
     if len(powers) >= 20 and len(quiet):
         chosen = int(quiet[len(quiet) // 2])
@@ -148,7 +157,8 @@ def write_radar_report(
     """
     drawn = draw(setup, recording, watched)
     files: dict[str, str | bytes] = {}
-    body = section("What was left out", "", _rejects(run)) if run.rejects or run.left_over else ""
+    left_out = [[escape(cause), f"{count:,}"] for cause, count in run.left_out()]
+    body = section("What was left out", run.complaint, table(["cause", "count"], left_out)) if left_out else ""
     for name, figure in drawn.items():
         progress(name)
         title, text = _WORDS[name]
@@ -163,13 +173,6 @@ def write_radar_report(
     page = shell(f"Radar {setup.name}", "raw samples to plots", state, headline, sentence, body + notes_footer(notes))
     write_files(out, {**files, "report.html": page})
     return out / "report.html"
-
-
-def _rejects(run: RadarRun) -> str:
-    rows = [[escape(cause.replace("_", " ")), f"{count:,}"] for cause, count in sorted(run.rejects.items())]
-    if run.left_over:
-        rows.append(["sweeps at the end that fill no frame", f"{run.left_over:,}"])
-    return table(["cause", "count"], rows)
 
 
 def _plots(run: RadarRun) -> str:

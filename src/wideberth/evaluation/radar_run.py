@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
+from numpy.typing import NDArray
 
 from wideberth.errors import InputError
 from wideberth.evaluation.radar_setup import RadarSetup
@@ -43,6 +44,10 @@ class RadarRun:
         Sweeps at the file's end that fill no frame.
     rejects : mapping of str to int
         What was left out, by cause.
+    channel_scans : ndarray of int, shape (channels,)
+        In how many scans each channel was used.
+    complaint : str
+        Why the last frame that could not be used was; empty without one.
     """
 
     scans: list[Scan]
@@ -50,11 +55,20 @@ class RadarRun:
     frames: int
     left_over: int
     rejects: Mapping[str, int]
+    channel_scans: NDArray[np.int64]
+    complaint: str
 
     @property
     def plots(self) -> int:
         """How many plots there are."""
         return sum(len(scan.z) for scan in self.scans)
+
+    def left_out(self) -> list[tuple[str, int]]:
+        """Return what was left out in words, and how often: causes, channels (from 0), and sweeps at the end."""
+        rows = [(cause.replace("_", " "), count) for cause, count in sorted(self.rejects.items())]
+        missing = len(self.scans) - self.channel_scans
+        rows += [(f"channel {c} (from 0) not used, scans", int(missing[c])) for c in np.flatnonzero(missing)]
+        return [*rows, ("sweeps at the end that fill no frame", self.left_over)] if self.left_over else rows
 
 
 def process_recording(
@@ -64,7 +78,7 @@ def process_recording(
     *,
     calibration: ArrayCalibration | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
-    watch: Callable[[float, Processed], None] = lambda t, processed: None,
+    watch: Callable[[int, float, Processed], None] = lambda k, t, processed: None,
 ) -> RadarRun:
     """Process all frames of a file.
 
@@ -79,12 +93,12 @@ def process_recording(
     progress : callable
         Told how many frames are done, of how many.
     watch : callable
-        Told the time and the steps of each frame that was used.
+        Told the number, from 0, the time and the steps of each frame that was used.
 
     Raises
     ------
     InputError
-        If the noise is of another radar.
+        If the noise or the calibration is of another radar.
     """
     start = recording.frame(0).middle(setup.radar)
     try:
@@ -99,15 +113,18 @@ def process_recording(
     except ValueError as error:
         raise InputError(str(error)) from None
     scans, snr = [], []
+    used = np.zeros(setup.radar.channels, np.int64)
     for k, frame in enumerate(recording.frames(), start=1):
         scan = processor.step(frame.middle(setup.radar), frame.samples)
         if scan is not None:
             assert processor.last is not None
             scans.append(scan)
+            used += processor.last.channels
             snr.append(processor.last.estimates.snr_db[processor.last.kept])
-            watch(scan.t, processor.last)
+            watch(k - 1, scan.t, processor.last)
         progress(k, recording.n_frames)
-    return RadarRun(scans, snr, recording.n_frames, recording.n_left_over, Counter(processor.rejects))
+    rejects = Counter(processor.rejects)
+    return RadarRun(scans, snr, recording.n_frames, recording.n_left_over, rejects, used, processor.complaint)
 
 
 def noise_of_recording(setup: RadarSetup, recording: RawRecording) -> NoiseStatistics:

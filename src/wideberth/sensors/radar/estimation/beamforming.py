@@ -38,8 +38,8 @@ class DirectionGrid:
 
 
 @lru_cache(maxsize=16)
-def direction_grid(config: RadarConfig) -> DirectionGrid:
-    """Return the grid of a radar: an eighth of a beam apart.
+def direction_grid(config: RadarConfig, points_a_beam: int = _POINTS_A_BEAM) -> DirectionGrid:
+    """Return the grid of a radar: an eighth of a beam apart, or as many points a beam as are asked for.
 
     With elements up to half a wavelength apart it holds all directions ahead; farther apart, where beams repeat, those
     in the field of view.
@@ -51,31 +51,33 @@ def direction_grid(config: RadarConfig) -> DirectionGrid:
         (config.array_rows, config.elevation_fov_deg),
     ):
         limit = np.sin(np.radians(min(0.5 * field_of_view, 90.0))) if wide else 1.0
-        steps = int(np.ceil(limit * elements * config.element_spacing_wavelengths * _POINTS_A_BEAM))
+        steps = int(np.ceil(limit * elements * config.element_spacing_wavelengths * points_a_beam))
         axes.append(np.linspace(-limit, limit, 2 * steps + 1) if elements > 1 else np.zeros(1))
     right, down = axes
     return DirectionGrid(right, down, np.add.outer(down**2, right**2) <= 1.0)
 
 
 @lru_cache(maxsize=16)
-def _lags(config: RadarConfig) -> tuple[NDArray[np.intp], ComplexArray, ComplexArray]:
+def _lags(config: RadarConfig, points_a_beam: int) -> tuple[NDArray[np.intp], ComplexArray, ComplexArray]:
     """Return the number of each pair's lag, and the phases of lags along rows and columns on the grid."""
     rows, columns = config.array_rows, config.array_columns
     row, column = np.divmod(np.arange(config.channels), columns)
     lag = (row[:, None] - row + rows - 1) * (2 * columns - 1) + (column[:, None] - column + columns - 1)
-    grid, turn = direction_grid(config), 2j * np.pi * config.element_spacing_wavelengths
+    grid, turn = direction_grid(config, points_a_beam), 2j * np.pi * config.element_spacing_wavelengths
     down = np.exp(turn * np.outer(grid.down, np.arange(1 - rows, rows)))
     right = np.exp(turn * np.outer(np.arange(1 - columns, columns), grid.right))
     return lag.ravel(), down, right
 
 
-def quadratic_spectrum(config: RadarConfig, matrix: ComplexArray) -> FloatArray:
+def quadratic_spectrum(config: RadarConfig, matrix: ComplexArray, points_a_beam: int = _POINTS_A_BEAM) -> FloatArray:
     """Return a^H Q a over the grid for a Hermitian matrix Q and steering vectors a.
 
     Parameters
     ----------
     config : RadarConfig
     matrix : ndarray of complex, shape (channels, channels)
+    points_a_beam : int
+        Of the grid.
 
     Returns
     -------
@@ -88,7 +90,7 @@ def quadratic_spectrum(config: RadarConfig, matrix: ComplexArray) -> FloatArray:
     """
     if matrix.shape != (config.channels, config.channels):
         raise ValueError(f"matrix must have the shape ({config.channels}, {config.channels}), got {matrix.shape}")
-    lag, down, right = _lags(config)
+    lag, down, right = _lags(config, points_a_beam)
     n = (2 * config.array_rows - 1) * (2 * config.array_columns - 1)
     flat = matrix.ravel()
     sums = np.bincount(lag, flat.real, n) + 1j * np.bincount(lag, flat.imag, n)
@@ -96,7 +98,11 @@ def quadratic_spectrum(config: RadarConfig, matrix: ComplexArray) -> FloatArray:
 
 
 def conventional_spectrum(
-    config: RadarConfig, covariance: ComplexArray, response: ComplexArray | None = None
+    config: RadarConfig,
+    covariance: ComplexArray,
+    response: ComplexArray | None = None,
+    *,
+    points_a_beam: int = _POINTS_A_BEAM,
 ) -> FloatArray:
     """Return the power w^H R w of beams with weights of unit length matched to each direction (4.5).
 
@@ -107,6 +113,8 @@ def conventional_spectrum(
         The averaged correlation matrix R.
     response : ndarray of complex, shape (channels, channels), optional
         Of the channels, `calibration.ArrayCalibration`; without it they are equal and do not couple.
+    points_a_beam : int
+        Of the grid.
 
     Returns
     -------
@@ -114,10 +122,10 @@ def conventional_spectrum(
         Noise alone has its power in one channel.
     """
     if response is None:
-        return quadratic_spectrum(config, covariance) / config.channels
+        return quadratic_spectrum(config, covariance, points_a_beam) / config.channels
     turned = response.conj().T
-    norm = quadratic_spectrum(config, turned @ response)
-    return quadratic_spectrum(config, turned @ covariance @ response) / norm
+    norm = quadratic_spectrum(config, turned @ response, points_a_beam)
+    return quadratic_spectrum(config, turned @ covariance @ response, points_a_beam) / norm
 
 
 def beam_powers(config: RadarConfig, amplitudes: ComplexArray) -> FloatArray:
@@ -133,7 +141,7 @@ def beam_powers(config: RadarConfig, amplitudes: ComplexArray) -> FloatArray:
     ndarray, shape (down, right) of `direction_grid`
     """
     # Lag 0 is in the middle of the phases of lags; those of elements are the lags from 0 on.
-    _, down, right = _lags(config)
+    _, down, right = _lags(config, _POINTS_A_BEAM)
     h = amplitudes.reshape(config.array_rows, config.array_columns)
     beams = down[:, config.array_rows - 1 :] @ h @ right[config.array_columns - 1 :]
     return np.asarray(beams.real**2 + beams.imag**2)
@@ -145,13 +153,14 @@ def mvdr_spectrum(
     response: ComplexArray | None = None,
     *,
     loading: float = 0.0,
+    points_a_beam: int = _POINTS_A_BEAM,
 ) -> FloatArray:
     """Return the power of beams that hold each direction at gain one and let least of all else through (Capon).
 
     Parameters
     ----------
     config : RadarConfig
-    covariance, response
+    covariance, response, points_a_beam
         As for `conventional_spectrum`.
     loading : float
         Power added to the diagonal: the beams stay steady with few samples and small errors of the response.
@@ -173,7 +182,7 @@ def mvdr_spectrum(
         raise ValueError("the covariance is singular: average more samples, or give it some loading") from error
     if response is not None:
         inverse = np.asarray(response.conj().T @ inverse @ response, dtype=np.complex128)
-    quadratic = quadratic_spectrum(config, np.asarray(inverse, dtype=np.complex128))
+    quadratic = quadratic_spectrum(config, np.asarray(inverse, dtype=np.complex128), points_a_beam)
     return 1.0 / np.maximum(quadratic, np.finfo(np.float64).tiny)
 
 

@@ -4,6 +4,7 @@ Channels that couple (thesis table 5.1: about -20 dB) answer a wave of the phase
 and not with a. The matrix C has the gains and phases of the channels in its diagonal. Its scale is not observable.
 """
 
+import zipfile
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
@@ -12,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from wideberth.argument_checks import FINITE, POSITIVE, checked
+from wideberth.errors import InputError
 from wideberth.sensors.radar.array import steering_vector
 from wideberth.sensors.radar.config import RadarConfig
 
@@ -68,17 +70,18 @@ class ArrayCalibration:
 
         Raises
         ------
-        ValueError
-            If the file is no such calibration.
+        InputError
+            If there is no such file, or it is no such calibration.
         """
+        if not path.is_file():
+            raise InputError(f"{path}: no such file")
         try:
             with np.load(path, allow_pickle=False) as file:
-                response = np.asarray(file["response"], dtype=np.complex128)
-        except (KeyError, TypeError, ValueError, EOFError) as error:
-            raise ValueError(
+                return cls(np.asarray(file["response"], dtype=np.complex128))
+        except (OSError, KeyError, TypeError, ValueError, EOFError, AttributeError, zipfile.BadZipFile) as error:
+            raise InputError(
                 f"{path} is not a calibration of an array: write one with ArrayCalibration.save"
             ) from error
-        return cls(response)
 
 
 def calibrate(

@@ -32,6 +32,7 @@ from wideberth.sensors.radar.range_cells import window_noise_gain
 from wideberth.types import Scan, SensorHealth
 
 _DEAD = 0.1  # of the noise: less is no channel's, whatever its gain did
+_TOO_LOUD = 1e7  # times the noise in most bins: more than 14 bits can hold beside noise, so the unit is another
 _SOME_BINS = 128  # enough to tell a dead channel
 _NOT_HEARD = 1e12  # noise that takes a channel out of estimates, over that of the others
 
@@ -90,8 +91,9 @@ def process_frame(
     """Return all steps from the samples of a frame to its plots.
 
     Channels and sweeps that cannot be used are left out and counted (`sample_checks.usable_samples`; also
-    ``channel_dead``, with less than a tenth of its noise, and ``channel_without_noise``). Further counts: groups of too
-    few bins (``group_too_small``), peaks and plots beyond `max_plots` (``beyond_max_plots``), peaks that a stronger
+    ``channel_dead``, with less than a tenth of its noise, ``channel_too_loud``, with ten million times it in most bins,
+    as of samples in another unit than volts, and ``channel_without_noise``). Further counts: groups of too few bins
+    (``group_too_small``), peaks and plots beyond `max_plots` (``beyond_max_plots``), peaks that a stronger
     echo explains (``peak_explained``), and plots outside the limits of range (``outside_range``).
 
     Parameters
@@ -162,13 +164,15 @@ def _alive(
     known = noise[:, searched].min(axis=1) > 0.0
     some = slice(searched.start, searched.stop, max((searched.stop - searched.start) // _SOME_BINS, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        heard = np.median(powers[:, some] / noise[:, some], axis=1) >= _DEAD
+        level = np.median(powers[:, some] / noise[:, some], axis=1)
     rejects["channel_without_noise"] = int(np.count_nonzero(usable & ~known))
-    rejects["channel_dead"] = int(np.count_nonzero(usable & known & ~heard))
-    alive = usable & known & heard
+    rejects["channel_dead"] = int(np.count_nonzero(usable & known & (level < _DEAD)))
+    rejects["channel_too_loud"] = int(np.count_nonzero(usable & known & (level > _TOO_LOUD)))
+    alive = usable & known & (level >= _DEAD) & (level <= _TOO_LOUD)
     if not alive.any():
+        causes = ", ".join(f"{cause} {n}" for cause, n in rejects.items() if n)
         raise InputError(
-            f"no channel of the frame can be used: {dict(rejects)}; look at the cables, and at whether the samples are "
+            f"no channel of the frame can be used: {causes}; look at the cables, and at whether the samples are "
             "volts at the receiver's input"
         )
     return np.asarray(alive)

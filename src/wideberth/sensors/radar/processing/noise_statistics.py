@@ -216,6 +216,10 @@ class NoiseStatistics:
         InputError
             If the file cannot be read, is of another version, or holds something else.
         """
+        if not path.is_file():
+            raise InputError(f"{path}: no such file")
+        if not zipfile.is_zipfile(path):
+            raise InputError(f"{path}: not a file of noise statistics (NPZ): make one with `wideberth radar noise`")
         try:
             with np.load(path, allow_pickle=False) as file:
                 found = {name: file[name] for name in _ARRAYS}
@@ -263,9 +267,12 @@ def noise_statistics(config: RadarConfig, frames: Iterable[NDArray[Any]], create
     power = np.zeros((config.channels, config.range_bins))
     good = np.ones(config.channels, np.bool_)
     total = 0.0
-    for samples in frames:
+    for k, samples in enumerate(frames):
         values = checked_samples(config, samples)
-        usable = usable_samples(config, values)
+        try:
+            usable = usable_samples(config, values)
+        except InputError as error:
+            raise InputError(f"frame {k} of the noise run: {error}") from None
         powers, looks = frame_powers(config, frame_image(config, values[usable.sweeps]))
         good &= usable.channels
         power[good] += looks * powers[good]

@@ -75,8 +75,11 @@ class RangeSpread:
             If an offset is not finite.
         """
         x = checked("offset", offset, FINITE)
-        beta = -np.expm1(-np.abs(x) * self.rate)  # twice x_2 of (5.7)
-        return np.asarray(np.copysign(0.5 * special.betainc(self.alpha, self.beta, beta), x))
+        return np.asarray(np.copysign(self.from_beta(-0.5 * np.expm1(-np.abs(x) * self.rate)), x))
+
+    def from_beta(self, x: FloatArray) -> FloatArray:
+        """Return evenly spread offsets of beta distributed ones, x_2 of (5.7), both from 0 to 0.5: figure 5.9."""
+        return np.asarray(0.5 * special.betainc(self.alpha, self.beta, 2.0 * x))
 
 
 def fit_range_spread(offsets: ArrayLike) -> RangeSpread:

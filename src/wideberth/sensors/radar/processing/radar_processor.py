@@ -38,7 +38,7 @@ class RadarProcessor:
     Raises
     ------
     ValueError
-        If the noise is of another radar.
+        If the noise or the calibration is of another radar.
 
     Attributes
     ----------
@@ -49,6 +49,8 @@ class RadarProcessor:
     rejects : Counter of str
         What was left out since the start, by cause: as of `processing.process_frame`, and frames ``frame_unusable``,
         ``frame_out_of_order``, and ``frame_learned`` (the first one of a clutter map).
+    complaint : str
+        Why the last ``frame_unusable`` was; empty without one.
     """
 
     def __init__(
@@ -63,6 +65,10 @@ class RadarProcessor:
     ) -> None:
         if noise is not None:
             noise.check(radar)
+        if calibration is not None and len(calibration.response) != radar.channels:
+            raise ValueError(
+                f"the calibration is of {len(calibration.response)} channels, the radar has {radar.channels}"
+            )
         self._radar, self._sensor, self._calibration = radar, sensor, calibration
         self._position = np.zeros(3) if position is None else checked("position", position, FINITE)
         self._attitude = np.eye(3) if attitude is None else checked("attitude", attitude, FINITE)
@@ -72,6 +78,7 @@ class RadarProcessor:
         self.noise = noise if self._map is None else None
         self.last: Processed | None = None
         self.rejects: Counter[str] = Counter()
+        self.complaint = ""
 
     def step(
         self,
@@ -114,8 +121,9 @@ class RadarProcessor:
         first = self._map is not None and known is None
         try:
             done = process_frame(self._radar, samples, known, calibration=self._calibration)
-        except InputError:
+        except InputError as error:
             self.rejects["frame_unusable"] += 1
+            self.complaint = str(error)
             return None
         self._t = now
         if self._map is not None:

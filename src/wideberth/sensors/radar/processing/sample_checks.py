@@ -79,7 +79,8 @@ def usable_samples(config: RadarConfig, samples: NDArray[Any]) -> UsableSamples:
     }
     rejects = {cause: n for cause, n in rejects.items() if n}
     if not used.any() or not kept:
-        raise InputError(f"nothing of the frame can be used: {rejects}; look at the cables and the converters' range")
+        causes = ", ".join(f"{cause} {n}" for cause, n in rejects.items())
+        raise InputError(f"nothing of the frame can be used: {causes}; look at the cables and the converters' range")
     return UsableSamples(sweeps, used, rejects)
 
 

@@ -20,6 +20,7 @@ from wideberth.sensors.radar.config import RadarConfig
 from wideberth.sensors.radar.raw.config import RawLayoutConfig
 
 Samples = NDArray[np.float32] | NDArray[np.complex64]
+_NPY = b"\x93NUMPY"
 _ORDER = ("frame", "sweep", "channel", "sample", "iq")
 
 
@@ -185,6 +186,10 @@ class RawRecording:
 def _read(path: Path, member: str | None) -> tuple[NDArray[np.generic], NDArray[np.float64] | None]:
     if not path.is_file():
         raise InputError(f"{path}: {'not a file' if path.exists() else 'no such file'}")
+    with path.open("rb") as file:
+        start = file.read(len(_NPY))
+    if start != _NPY and not zipfile.is_zipfile(path):
+        raise InputError(f"{path.name}: not a NumPy file: write the samples with numpy.save or numpy.savez")
     try:
         if path.suffix != ".npz":
             return np.load(path, mmap_mode="r", allow_pickle=False), None

@@ -229,7 +229,7 @@ class AStarPlanner:
                 if farther is not None and (new is None or farther.inside < new.inside):
                     new, (goal, rejoin) = farther, others[0]
         ahead = self._planner.judge(_up_to(kept, goal), limits.speed, prediction, kept.cell)
-        if self._maneuver is not None and not (new is not None and new.free):
+        if self._maneuver is not None and self._maneuver.least_bad and not (new is not None and new.free):
             # Between paths that are not free the one begun is worth more: changing the sense takes time.
             same = followed if followed is not None and followed.inside < ahead.inside else ahead
             if new is None or new.inside > self._config.replace_share * same.inside:

@@ -29,7 +29,7 @@ def seen(t, p, intruders=HEAD_ON):
 
 def first_maneuver(covariance_at, **config):
     """When the head-on aircraft is avoided, s, None if never; by the mission its cylinder is entered after 23 s."""
-    part = AStarChainPlanner(AStarChainConfig(**config), parameters(SMALL_WING))
+    part = AStarChainPlanner(AStarChainConfig(**{"known_share": 0.3, **config}), parameters(SMALL_WING))
     for k in range(200):
         t = 0.1 * k
         own = Ownship(t, np.array([-400.0 + SPEED * t, 0.0, -200.0]), np.array([SPEED, 0.0, 0.0]))

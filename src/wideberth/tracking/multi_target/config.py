@@ -170,7 +170,7 @@ class MultiTargetConfig(PartConfig):
     gentle_jerk_m2_per_s5: float = Field(default=0.001, gt=0.0)
     hard_jerk_m2_per_s5: float = Field(default=0.05, gt=0.0)
     gentle_s: float = Field(default=15.0, gt=0.0)
-    hard_s: float = Field(default=10.0, gt=0.0)
+    hard_s: float = Field(default=15.0, gt=0.0)
     maneuver_share: float = Field(default=0.1, gt=0.0, lt=0.5)
     least_mix: float = Field(default=0.01, ge=0.0, lt=0.3)
     least_report: float = Field(default=0.003, ge=0.0, lt=0.3)

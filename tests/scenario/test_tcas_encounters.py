@@ -54,3 +54,31 @@ def test_an_aircraft_with_tcas_one_only_gets_traffic_advisories_and_fewer_when_a
     print(f"traffic advisories of TCAS I: straight {alerts[0, 0]}, avoiding {alerts[1, 0]}")
     assert alerts[0, 0] >= 20 and alerts[1, 0] <= alerts[0, 0]
     assert not alerts[:, 1].any()
+
+
+def test_turns_of_tcas_three_part_wider_those_that_climbing_alone_hardly_parts() -> None:
+    rng, nearest = np.random.default_rng(7), []
+    for _ in range(60):
+        # Level and soon across the drone, which flies on: few seconds are left to climb or sink.
+        seconds, height, course = rng.uniform(12.0, 20.0), rng.uniform(-30.0, 30.0), rng.uniform(0.5, 1.5) * np.pi
+        velocity = 150.0 * np.array([np.cos(course), np.sin(course), 0.0])
+        own = np.array([0.0, 0.0, 0.0, 40.0, 0.0, 0.0])
+        intruder = np.concatenate([(own[3:] - velocity) * seconds + [0.0, 0.0, height], velocity])
+        two, three = (
+            fly_tcas_encounter(own, intruder, 60.0, None, altitude=1500.0, turns=turns) for turns in (False, True)
+        )
+        assert two.resolution_advisories >= 1 and two.turn_advisories == 0 and np.ptp(two.courses) < 1e-9
+        # Up to 90 degrees a turn, at 3 degrees a second.
+        turned = np.unwrap(three.courses)
+        assert np.abs(np.diff(turned)).max() <= np.radians(3.0) * 0.25 + 1e-9
+        assert np.ptp(turned) <= three.turn_advisories * np.pi / 2 + 1e-9
+        if three.turn_advisories:
+            nearest.append([np.hypot(flown.horizontal, flown.vertical).min() for flown in (two, three)])
+    by_two, by_three = np.array(nearest).T
+    print(f"{len(nearest)} turned; nearest, median: TCAS II {np.median(by_two):.0f} m, III {np.median(by_three):.0f} m")
+    assert len(nearest) >= 20
+    assert np.all(by_three > by_two - 1.0)
+    assert np.median(by_three) > 2.0 * np.median(by_two)
+    # A pilot who does not follow does not turn either.
+    ignored = fly_tcas_encounter(own, intruder, 60.0, None, altitude=1500.0, turns=True, follows=False)
+    assert np.ptp(ignored.courses) < 1e-9

@@ -1,4 +1,7 @@
-"""A drone meets an aircraft that carries TCAS: straight horizontally, the vertical flown by each side's logic."""
+"""A drone meets an aircraft that carries TCAS: the vertical flown by each side's logic, the horizontal straight.
+
+With TCAS III (3.4) the aircraft may be turned as well, where no vertical advisory is enough.
+"""
 
 import math
 from dataclasses import dataclass
@@ -7,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from wideberth.avoidance.cas.complement import FREE, ComplementaryManeuver
-from wideberth.conflict.tcas.advisories import GRAVITY
+from wideberth.conflict.tcas.advisories import FIRST_RESPONSE, GRAVITY
 from wideberth.conflict.tcas.alerts import geometry
-from wideberth.conflict.tcas.logic import TcasUnit
+from wideberth.conflict.tcas.horizontal import LARGEST_TURN, TURN_RATE, TcasThreeUnit, TurnAdvisory
 from wideberth.conflict.tcas.thresholds import TCAS_II, Bands, sensitivity_level
 from wideberth.types import FloatArray
 
@@ -24,7 +27,7 @@ class TcasEncounter:
 
     Attributes
     ----------
-    traffic_advisories, resolution_advisories : int
+    traffic_advisories, resolution_advisories, turn_advisories : int
         That the other aircraft's TCAS began.
     horizontal, vertical : ndarray, shape (n,)
         Separation at each step, m.
@@ -32,16 +35,20 @@ class TcasEncounter:
         m above the origin.
     sides, senses : ndarray, shape (n,)
         Of the own maneuver, and of the advisory in force: +1 up, -1 down, 0 none.
+    courses : ndarray, shape (n,)
+        Of the other aircraft, rad.
     """
 
     traffic_advisories: int
     resolution_advisories: int
+    turn_advisories: int
     horizontal: FloatArray
     vertical: FloatArray
     own_height: FloatArray
     intruder_height: FloatArray
     sides: FloatArray
     senses: FloatArray
+    courses: FloatArray
 
     def lost(self, radius: float, half_height: float) -> bool:
         """Return whether the two were ever within both distances, m."""
@@ -58,6 +65,7 @@ def fly_tcas_encounter(
     link_delay: float = 1.0,
     follows: bool = True,
     bands: Bands = TCAS_II,
+    turns: bool = False,
 ) -> TcasEncounter:
     """Fly an encounter.
 
@@ -77,6 +85,8 @@ def fly_tcas_encounter(
         Whether the other pilot flies the advisories.
     bands : tuple
         Thresholds by altitude.
+    turns : bool
+        Whether the other aircraft has TCAS III, which advises turns too.
 
     Raises
     ------
@@ -84,22 +94,32 @@ def fly_tcas_encounter(
         If a state has another shape or is not finite.
     """
     x, y = np.array(own, float), np.array(intruder, float)
-    unit = TcasUnit(address=1)
+    third = TcasThreeUnit(address=1)
+    unit = third.vertical
     cruise, wanted = -y[5], -x[5]
     rate, side = wanted, FREE
     heard: list[tuple[float, int]] = []
-    rows = np.empty((math.ceil(duration / STEP), 6))
+    turning, turned = None, 0.0  # the turn that is flown, and by how much it has turned
+    rows = np.empty((math.ceil(duration / STEP), 7))
     for k in range(len(rows)):
         t = k * STEP
         if k % _DECIDE_EVERY == 0:
             thresholds = sensitivity_level(altitude - y[2], bands=bands)
-            unit.step(t, geometry(y[:3], y[3:], x[:3], x[3:]), -y[5], thresholds)
+            if turns:
+                third.step(t, y, x, thresholds)
+            else:
+                unit.step(t, geometry(y[:3], y[3:], x[:3], x[3:]), -y[5], thresholds)
             heard.append((t + link_delay, int(unit.sense or 0)))
             advised = next((sense for due, sense in reversed(heard) if due <= t), FREE)
             if maneuver is not None:
                 rate, side = maneuver.decide(x, y, wanted, advised, side)
-        rows[k] = math.hypot(x[0] - y[0], x[1] - y[1]), abs(x[2] - y[2]), -x[2], -y[2], side, int(unit.sense or 0)
+        rows[k, :2] = math.hypot(x[0] - y[0], x[1] - y[1]), abs(x[2] - y[2])
+        rows[k, 2:] = -x[2], -y[2], side, int(unit.sense or 0), math.atan2(y[4], y[3])
         _fly(x, rate, _OWN_ACCELERATION)
+        if follows and third.turn is not turning:
+            turning, turned = third.turn, 0.0
+        if follows and turning is not None:
+            turned += _turn(y, turning, t, turned)
         held = unit.advisory
         if held is None or not follows:
             _fly(y, cruise, 0.25 * GRAVITY)
@@ -109,6 +129,7 @@ def fly_tcas_encounter(
     return TcasEncounter(
         unit.traffic_advisories,
         unit.resolution_advisories,
+        third.turn_advisories,
         *(np.ascontiguousarray(column) for column in rows.T),
     )
 
@@ -119,6 +140,16 @@ def _fly(state: FloatArray, climb_rate: float, acceleration: float) -> None:
     state[:2] += state[3:5] * STEP
     state[2] += (state[5] + 0.5 * change) * STEP
     state[5] += change
+
+
+def _turn(state: FloatArray, advisory: TurnAdvisory, t: float, turned: float) -> float:
+    """Turn a velocity by what a step of an advised turn leaves to do, in place; return the angle."""
+    if t - advisory.issued < FIRST_RESPONSE.delay:
+        return 0.0
+    angle = min(TURN_RATE * STEP, LARGEST_TURN - turned)
+    c, s = math.cos(angle), advisory.turn * math.sin(angle)
+    state[3:5] = c * state[3] - s * state[4], s * state[3] + c * state[4]
+    return angle
 
 
 def draw_tcas_encounter(rng: np.random.Generator) -> tuple[FloatArray, FloatArray, float, float]:

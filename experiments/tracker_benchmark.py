@@ -200,7 +200,7 @@ def main(path: Path, folder: Path) -> None:
         "",
         "`python -m experiments.tracker_benchmark docs/results/tracker_benchmark.md ../shared/data/tracking`",
         "",
-        *(line for line in INTRODUCTION),
+        *INTRODUCTION,
         "",
         "| set | what flies |",
         "| --- | --- |",

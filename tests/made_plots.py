@@ -1,11 +1,10 @@
-"""Radar plots of made flights, as arrays for a run and as scans for steps."""
+"""Radar plots of made flights."""
 
 import math
 
 import numpy as np
 
 from wideberth.plots import Plots
-from wideberth.types import DetectionModel, Scan
 
 SIGMA = np.array([0.4, math.radians(1.0), math.radians(1.0)])
 FIELD_OF_VIEW = (math.pi, math.pi / 2)
@@ -50,23 +49,4 @@ def made_plots(truth, seed, *, clutter=2, p_d=0.8, dt=0.1, sensor=None, attitude
         field_of_view=FIELD_OF_VIEW,
         dt=dt,
         ownship=np.full((n, 6), np.nan),
-    )
-
-
-def scan_of(plots, k, sensor="radar"):
-    """Scan `k` of a run, as a sensor gives it to a step."""
-    z = plots.z[plots.first[k] : plots.first[k + 1]]
-    t = float(plots.t[k])
-    return Scan(
-        t,
-        t,
-        sensor,
-        "radar",
-        z,
-        np.tile(np.diag(np.square(plots.sigma)), (len(z), 1, 1)),
-        np.full(len(z), t),
-        sensor_position=plots.sensor_position[k],
-        sensor_attitude=plots.sensor_attitude[k],
-        field_of_view=plots.field_of_view,
-        detection=DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability])),
     )

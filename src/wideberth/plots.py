@@ -61,3 +61,7 @@ class Plots:
     def n_scans(self) -> int:
         """How many scans there are."""
         return len(self.t)
+
+    def variances(self, rows: slice = slice(None)) -> FloatArray:
+        """Return the variances of the columns of `z` in some rows, (k, 4)."""
+        return np.tile(self.sigma**2, (len(self.z[rows]), 1)) if self.variance is None else self.variance[rows]

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from tests.made_echoes import BINS, DISTANCE, FIRST, HALF, RATE, SWEEPS, WAVEFORM, noise
 from tests.made_frames import radar
 from tests.naive import radar_estimation as naive
 from wideberth.sensors.radar.estimation.beamforming import places_in_wavelengths
@@ -27,15 +28,6 @@ from wideberth.sensors.radar.estimation.range_rate_kernels import (
     search_rates,
 )
 from wideberth.sensors.radar.estimation.waveform import frame_waveform
-
-COMPLEX = radar(1, 2, sampling="complex")
-SWEEPS, FIRST, BINS, HALF = 6, 125, 24, 4
-WAVEFORM = frame_waveform(COMPLEX, SWEEPS)
-DISTANCE, RATE = 39.13, 21.7
-
-
-def noise(seed, *shape):
-    return np.random.default_rng(seed).normal(size=(*shape, 2)).view(np.complex128)[..., 0]
 
 
 def modelled(distance, rate):

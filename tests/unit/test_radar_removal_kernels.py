@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from tests.made_echoes import BINS, COMPLEX, DISTANCE, FIRST, HALF, RATE, SWEEPS, WAVEFORM, noise
 from tests.made_frames import radar
 from tests.naive import radar_estimation as naive
 from wideberth.sensors.radar.estimation.beamforming import places_in_wavelengths
@@ -18,17 +19,7 @@ from wideberth.sensors.radar.estimation.removal_kernels import (
     terms_of_others,
     whiten,
 )
-from wideberth.sensors.radar.estimation.waveform import frame_waveform
 from wideberth.sensors.radar.estimation.window import Window
-
-COMPLEX = radar(1, 2, sampling="complex")
-SWEEPS, FIRST, BINS, HALF = 6, 125, 24, 4
-WAVEFORM = frame_waveform(COMPLEX, SWEEPS)
-DISTANCE, RATE = 39.13, 21.7
-
-
-def noise(seed, *shape):
-    return np.random.default_rng(seed).normal(size=(*shape, 2)).view(np.complex128)[..., 0]
 
 
 @pytest.mark.parametrize("rate", [0.0, 21.7, -45.0])

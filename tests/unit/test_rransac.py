@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from tests.made_plots import made_plots, scan_of, straight
+from tests.made_plots import made_plots, straight
+from wideberth.simulation.radar_plots import radar_scan
 from wideberth.tracking import PLOT_TRACKERS
 from wideberth.tracking.rransac.config import ErRransacConfig, RransacArticleConfig, RransacConfig
 from wideberth.tracking.rransac.tracker import ErRransacTracker, RransacArticleTracker, RransacTracker
@@ -108,7 +109,7 @@ def test_steps_are_the_run(tracker):
     table = tracker.run(plots)
     stepped = type(tracker)(tracker._config)
     for k in range(plots.n_scans):
-        tracks, _ = stepped.step(float(plots.t[k]), [scan_of(plots, k)])
+        tracks, _ = stepped.step(float(plots.t[k]), [radar_scan(plots, k)])
         rows = np.flatnonzero(table.scan == k)
         rows = rows[np.argsort(table.track_id[rows])]
         good = [track for track in tracks if track.status != TrackStatus.TENTATIVE]
@@ -173,7 +174,7 @@ def test_the_ownship_is_told_in_steps():
     tracks = ()
     for k in range(40):
         own = Ownship(float(plots.t[k]), TWO[k, 0], np.array([-12.0, 6.0, -1.0]))
-        tracks, _ = tracker.step(float(plots.t[k]), [scan_of(plots, k)], own)
+        tracks, _ = tracker.step(float(plots.t[k]), [radar_scan(plots, k)], own)
     (mine,) = [track for track in tracks if track.is_ownship]
     assert np.linalg.norm(mine.position - TWO[39, 0]) < 15.0
 
@@ -266,7 +267,7 @@ def test_empty_scans_and_none_at_all():
     assert len(RransacTracker(RransacConfig()).run(plots)) == 0
     tracker = RransacTracker(RransacConfig(preset="robust"))
     for k in range(3):
-        assert tracker.step(0.1 * k, [scan_of(plots, k)]) == ((), ())
+        assert tracker.step(0.1 * k, [radar_scan(plots, k)]) == ((), ())
     assert tracker.step(1.0, ()) == ((), ())
 
 
@@ -285,10 +286,10 @@ def test_steps_refuse_what_is_no_scan():
     with pytest.raises(ValueError, match="not finite"):
         tracker.step(math.nan, ())
     with pytest.raises(ValueError, match=r"shape \(k, 4\)"):
-        tracker.step(0.0, [replace(scan_of(plots, 0), z=np.zeros((2, 6)))])
-    tracker.step(0.0, [replace(scan_of(plots, 0), kind="adsb")])
+        tracker.step(0.0, [replace(radar_scan(plots, 0), z=np.zeros((2, 6)))])
+    tracker.step(0.0, [replace(radar_scan(plots, 0), kind="adsb")])
     assert tracker.counters["scan of another kind"] == 1
-    _, events = tracker.step(0.0, [scan_of(plots, 0), scan_of(plots, 0)])
+    _, events = tracker.step(0.0, [radar_scan(plots, 0), radar_scan(plots, 0)])
     assert events == ("scan repeated: 1",)
 
 
@@ -297,7 +298,7 @@ def test_two_sensors_may_look_at_once():
     tracker = RransacTracker(RransacConfig(preset="robust"))
     tracks = ()
     for k in range(20):
-        tracks, events = tracker.step(float(plots.t[k]), [scan_of(plots, k, "left"), scan_of(plots, k, "right")])
+        tracks, events = tracker.step(float(plots.t[k]), [radar_scan(plots, k, "left"), radar_scan(plots, k, "right")])
         assert events == ()
     assert len(tracks) == 2
     assert tracks[0].sources == ("left", "right")

@@ -11,7 +11,7 @@ from wideberth.cli.errors import guarded
 from wideberth.errors import InputError
 
 if TYPE_CHECKING:
-    from rich.table import Table
+    from rich.console import Console
 
     from wideberth.evaluation.radar_run import RadarRun
     from wideberth.sensors.radar.estimation.calibration import ArrayCalibration
@@ -70,9 +70,7 @@ def process(
     else:
         write_plot_table(out, run)
     console = Console(highlight=False)
-    console.print(_table(file.name, run))
-    if run.complaint:
-        console.print(f"frame unusable: {run.complaint}", markup=False, soft_wrap=True)
+    _print_run(console, file.name, run)
     console.print(f"plots: {out}", markup=False, soft_wrap=True)
 
 
@@ -135,9 +133,7 @@ def show(
     from rich.console import Console
 
     console = Console(highlight=False)
-    console.print(_table(file.name, run))
-    if run.complaint:
-        console.print(f"frame unusable: {run.complaint}", markup=False, soft_wrap=True)
+    _print_run(console, file.name, run)
     console.print(f"report: {page}", markup=False, soft_wrap=True)
 
 
@@ -211,7 +207,8 @@ def _bar(what: str) -> Iterator[Callable[[int, int], None]]:
         yield lambda done, total: bar.update(task, completed=done, total=total)
 
 
-def _table(name: str, run: "RadarRun") -> "Table":
+def _print_run(console: "Console", name: str, run: "RadarRun") -> None:
+    """Print what a run used and left out, and why the last frame was that could not be used."""
     from rich.table import Table
 
     table = Table(title=name, title_justify="left")
@@ -222,4 +219,6 @@ def _table(name: str, run: "RadarRun") -> "Table":
     table.add_row("plots", f"{run.plots:,}")
     for cause, count in run.left_out():
         table.add_row(cause, f"{count:,}")
-    return table
+    console.print(table)
+    if run.complaint:
+        console.print(f"frame unusable: {run.complaint}", markup=False, soft_wrap=True)

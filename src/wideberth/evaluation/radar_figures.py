@@ -268,11 +268,10 @@ def spread_figure(offsets: FloatArray, spread: RangeSpread) -> Figure:
     with rc_context(RC):
         figure = new_figure(9.6, 4.8)
         panels = figure.subplots(2, 3)
-        beta = 0.5 * -np.expm1(-np.abs(offsets) * spread.rate)
         drawn = {
             (0, 0): (offsets, "offset of the parabola (5.6)", (-0.5, 0.5)),
             (0, 1): (np.abs(offsets), "its magnitude (5.7)", (0.0, 0.5)),
-            (0, 2): (beta, "beta distributed (5.8)", (0.0, 0.5)),
+            (0, 2): (spread.to_beta(offsets), "beta distributed (5.8)", (0.0, 0.5)),
             (1, 1): (np.abs(spread(offsets)), "uniform (5.10)", (0.0, 0.5)),
             (1, 2): (spread(offsets), "corrected (5.11)", (-0.5, 0.5)),
         }

@@ -209,14 +209,15 @@ def radar_plots(
 
 def radar_scan(plots: Plots, k: int, name: str = "radar") -> Scan:
     """Return scan `k` of plots as the sensor `name` gives it."""
-    z = plots.z[plots.first[k] : plots.first[k + 1]]
+    rows = slice(plots.first[k], plots.first[k + 1])
+    z = plots.z[rows]
     return Scan(
         t=float(plots.t[k]),
         t_received=float(plots.t[k]),
         sensor=name,
         kind="radar",
         z=z,
-        R=np.tile(np.diag(plots.sigma**2), (len(z), 1, 1)),
+        R=np.where(np.eye(4) > 0.0, plots.variances(rows)[:, np.newaxis], 0.0),
         t_valid=np.full(len(z), plots.t[k]),
         sensor_position=plots.sensor_position[k],
         sensor_attitude=plots.sensor_attitude[k],

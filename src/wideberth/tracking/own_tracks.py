@@ -65,7 +65,7 @@ class OwnTracks:
         found = any(track.is_ownship for track in tracks)
         distances = [math.dist(track.position, own_position) for track in tracks]
         newborn = self._newborn(tracks, distances, own_position, sure, radars)
-        # An echo: what is only heard has told who it is.
+        # Only an echo can be: what is only heard has told who it is.
         newborn -= {track.id for track in tracks if track.sources and set(track.sources) <= set(receivers)}
         before, self._updated = self._updated, {}
         marked = []

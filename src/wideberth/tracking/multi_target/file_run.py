@@ -47,7 +47,7 @@ def run_file(config: MultiTargetConfig, plots: Plots, words: Mapping[int, str]) 
     table = make_table(_ROWS_PER_SCAN * n + 2 * config.window_plots)
     model = DetectionModel(np.array([plots.range_max]), np.array([plots.detection_probability]))
     ranges, probabilities = detection_table(model, config)
-    variance = np.tile(plots.sigma**2, (len(plots.z), 1)) if plots.variance is None else plots.variance
+    variance = plots.variances()
     covariance = telemetry_covariance(config.ownship)
     scan, rows = 0, 0
     while True:

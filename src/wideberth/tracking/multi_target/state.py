@@ -51,6 +51,8 @@ class TrackerState:
         # Reports are too coarse to tell the ownship from traffic within the 50 m that are meant for radars.
         wide = {"traffic_radius_m": config.reports.ownship_radius_m}
         self.heard_test = ownship_test(config.ownship.model_copy(update=wide))
+        self.addressed = config.reports.ownship_address is not None
+        """Whether the ownship's address is known."""
         self.bank = make_bank(_FIRST_TRACKS)
         self.window = make_window(config.window_scans, config.window_plots)
         self.clutter = np.zeros((1, CLUTTER_WIDTH))
@@ -145,9 +147,7 @@ class TrackerState:
         """
         find_ownship(self.bank, dt, telemetry, covariance, self.motion, self.test, self.scratch)
 
-    def identify_heard_ownship(
-        self, t: float, dt: float, telemetry: FloatArray, covariance: FloatArray, addressed: bool
-    ) -> int:
+    def identify_heard_ownship(self, t: float, dt: float, telemetry: FloatArray, covariance: FloatArray) -> int:
         """Mark which of the aircraft that only reports tell of is the ownship; return its place, -1: none.
 
         Parameters
@@ -157,10 +157,8 @@ class TrackerState:
         telemetry : ndarray, shape (6,)
             Position and velocity at `t`, NED; NaN: none.
         covariance : ndarray, shape (6, 6)
-        addressed : bool
-            As in `Fusion.identify_ownship`.
         """
-        parts = (self.heard_test, addressed, self.scratch)
+        parts = (self.heard_test, self.addressed, self.scratch)
         return self.fusion.identify_ownship(self.bank, t, dt, telemetry, covariance, *parts)
 
     def snapshot(self) -> Snapshot:

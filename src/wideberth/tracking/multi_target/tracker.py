@@ -282,8 +282,7 @@ class MultiTargetTracker:
         if dt > 0.0:
             if self._state.fusion.size:
                 parts = self._telemetry(ownship, self._t)
-                addressed = self._config.reports.ownship_address is not None
-                place = self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts, addressed)
+                place = self._state.identify_heard_ownship(self._t, dt if math.isfinite(dt) else 0.0, *parts)
                 events.extend(self._own_reports.tell(place, self._state.fusion.heard, self._book.name))
             self._t_own_heard = self._t
 

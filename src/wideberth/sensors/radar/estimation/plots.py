@@ -245,8 +245,6 @@ class _Frame(FrameSamples):
 
     def without(self, window: Window, echoes: list[Echo]) -> Window:
         """Return a window less echoes of its bin, with the amplitudes of waves from their directions."""
-        if not echoes:
-            return window
         paths = np.array([(e.fit.distance, e.fit.rate) for e in echoes])
         amplitudes: ComplexArray = np.array([e.modelled / self.scale(e.bin) for e in echoes], np.complex128)
         return window.less(paths, amplitudes)

@@ -75,10 +75,14 @@ class RangeSpread:
             If an offset is not finite.
         """
         x = checked("offset", offset, FINITE)
-        return np.asarray(np.copysign(self.from_beta(-0.5 * np.expm1(-np.abs(x) * self.rate)), x))
+        return np.asarray(np.copysign(self.from_beta(self.to_beta(x)), x))
+
+    def to_beta(self, offset: FloatArray) -> FloatArray:
+        """Return beta distributed offsets, x_2 of (5.7), of the parabola's, both in bins: figure 5.8."""
+        return np.asarray(-0.5 * np.expm1(-np.abs(offset) * self.rate))
 
     def from_beta(self, x: FloatArray) -> FloatArray:
-        """Return evenly spread offsets of beta distributed ones, x_2 of (5.7), both from 0 to 0.5: figure 5.9."""
+        """Return evenly spread offsets of beta distributed ones (`to_beta`), both from 0 to 0.5: figure 5.9."""
         return np.asarray(0.5 * special.betainc(self.alpha, self.beta, 2.0 * x))
 
 

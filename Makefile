@@ -58,6 +58,7 @@ experiments: setup  ## every study in full, hours; 50 missions in a recording wi
 	$(BIN)/python -m experiments.ground_radar
 	$(BIN)/python -m experiments.scenario_table
 	$(BIN)/python -m experiments.live_soak
+	$(BIN)/python -m experiments.live_flight_test
 	$(BIN)/python -m experiments.live_head_on
 	$(BIN)/python -m experiments.live_faults
 	$(BIN)/python -m experiments.real_traffic_missions $(if $(TRAFFIC),--traffic $(TRAFFIC)) $(if $(SEED),--seed $(SEED))

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from experiments.loopback import HOST
+from experiments.made_reports import made_report
 from wideberth.frames import LocalFrame
 from wideberth.links.asterix.encode import AsterixEncoder
 from wideberth.links.radar_udp import encode_radar
 from wideberth.live.senders import TrafficPackets
 from wideberth.sensors.adsb import squitters
-from wideberth.sensors.adsb.report import AdsbReport
-from wideberth.types import FloatArray, SourceInfo
+from wideberth.types import FloatArray
 
 Send = Callable[[bytes], None]
 
@@ -196,12 +196,8 @@ class TrafficSource:
 
     def packets(self, t: float, position: FloatArray, velocity: FloatArray) -> list[bytes]:
         """Return what the receiver gives out at time `t`, Unix s, of its aircraft (3,), NED."""
-        latitude, longitude, altitude = (float(x) for x in self._frame.to_geodetic(position))
-        report = AdsbReport(
-            t, f"{0xB00000 + self._number:06x}", latitude, longitude, pressure_altitude=altitude,
-            velocity_north=float(velocity[0]), velocity_east=float(velocity[1]), climb_rate=0.0,
-            info=SourceInfo(callsign=f"FAULT{self._number}", nic=8, nacp=9),
-        )  # fmt: skip
+        number = self._number
+        report = made_report(t, 0xB00000 + number, f"FAULT{number}", self._frame, position, velocity)
         if self._packets is not None:
             return self._packets.encode([report], t)
         return [f"*{frame.hex()};\n".encode() for frame in squitters.encode(report)]

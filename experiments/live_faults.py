@@ -9,6 +9,7 @@ import json
 import math
 import os
 import signal
+import socket
 import sys
 import tempfile
 import threading
@@ -247,7 +248,8 @@ def judged(trial: Trial, begun: float, ended: float, next_begun: float, t: Any, 
 
 def run(folder: Path) -> tuple[list[dict[str, Any]], dict[str, Any], dict[str, int], dict[str, int]]:
     """Fly, and return what came of each fault, the summary, the random bytes on each link, and rejects counted."""
-    ports = {name: free_port() for name in NAMES}
+    kinds = {"udp": socket.SOCK_DGRAM, "tcp": socket.SOCK_STREAM}
+    ports = {name: free_port(kinds[TRAFFIC.get(name, "udp")]) for name in NAMES}
     relay = free_port()
     config = folder / "live_faults.toml"
     config.write_text(to_toml(scenario(ports)))
@@ -318,7 +320,7 @@ def page_of(rows: list[dict[str, Any]], summary: dict[str, Any], noise: dict[str
     lines += [
         "",
         f"{steps} steps, {missed} missed and counted; latency p50 {live['step_ms']['p50']:.1f} ms, p99"
-        f" {live['step_ms']['p99']:.1f} ms. The flight ended by itself with status 0, without an exception; the host's"
+        f" {live['step_ms']['p99']:.1f} ms. Told to end, it did with status 0, without an exception; the host's"
         f" clock was seen to jump {live['host_clock_jumps']} times. Random bytes sent: {min(noise.values())} to"
         f" {max(noise.values())} a link. Rejects counted: {', '.join(f'{name} {n}' for name, n in rejects.items())}.",
     ]

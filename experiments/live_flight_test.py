@@ -5,7 +5,6 @@
 """
 
 import argparse
-import json
 import subprocess
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
@@ -14,51 +13,38 @@ from typing import Any
 
 import numpy as np
 
-from experiments.loopback import COMMAND, HOST, ROOT, Process, fly, free_port, started, stopped_after
+from experiments.loopback import COMMAND, HOST, ROOT, fly_mission, free_port, outcome
 from wideberth.config import load_scenario
 from wideberth.recording import read_recording
 from wideberth.simulation.config import SimulatedTrafficConfig
 from wideberth.simulation.simulated import SimulatedTraffic
 
 SCENARIO = ROOT / "scenarios" / "flight_test.toml"
+RESULT = ROOT / "docs" / "results" / "live_flight_test.md"
 LONGEST = 240.0  # s of a flight
 RADIUS = 10.0  # m
 
 
 def flown(number: int) -> dict[str, Any]:
     """Fly once, and return what came of it."""
-    autopilot, radar = free_port(), free_port()
-    others: list[Process] = []
-    events: list[str] = []
-    with tempfile.TemporaryDirectory() as name, stopped_after(others):
-
-        def watch(status: dict[str, Any]) -> bool:
-            events.extend(status["events"])
-            mission = status["mission"]
-            if not others:
-                peer = f"udp:{HOST}:{autopilot}"
-                others.append(started("simulate-vehicle", "--mission", SCENARIO, "--connect", peer))
-            elif mission is not None and len(others) == 1:
-                # Now every scan is recorded, and the first tells when the sender began.
-                others.append(started("send-radar", SCENARIO, "--to", f"{HOST}:{radar}", "--seed", str(number)))
-            return mission is not None and mission["index"] >= mission["waypoints"]
-
-        arguments = [
-            *(str(SCENARIO), "--command", "--set", f"autopilot.connection=udp:{HOST}:{autopilot}"),
-            *("--set", f"inputs.0.listen={HOST}:{radar}", "--set", f"seed={number}"),
-        ]
-        fly(arguments, Path(name), watch, LONGEST)
+    autopilot, radar = f"udp:{HOST}:{free_port()}", f"{HOST}:{free_port()}"
+    arguments = [
+        *(str(SCENARIO), "--command", "--set", f"autopilot.connection={autopilot}"),
+        *("--set", f"inputs.0.listen={radar}", "--set", f"seed={number}"),
+    ]
+    vehicle = ("simulate-vehicle", "--mission", SCENARIO, "--connect", autopilot)
+    sender = ("send-radar", SCENARIO, "--to", radar, "--seed", str(number))
+    with tempfile.TemporaryDirectory() as name:
+        events = fly_mission(arguments, Path(name), LONGEST, vehicle, sender)
         return {"events": events, **_judged(Path(name))}
 
 
 def _judged(folder: Path) -> dict[str, Any]:
     """Return ranges to the true intruders, maneuvers and latencies of a flight's recording."""
-    summary = json.loads((folder / "summary.json").read_text())
     steps = list(read_recording(folder / "recording.mcap").steps())
-    scenario = load_scenario(SCENARIO, ())
-    frame = scenario.frame()
+    scenario = load_scenario(SCENARIO)
     assert isinstance(scenario.traffic, SimulatedTrafficConfig)
-    traffic = SimulatedTraffic(scenario.traffic, frame, 0.0)
+    traffic = SimulatedTraffic(scenario.traffic, scenario.frame(), 0.0)
     epoch = min(scan.t for step in steps for scan in step.scans)
     least = np.full(len(traffic.ids), np.inf)
     for step in steps:
@@ -70,19 +56,7 @@ def _judged(folder: Path) -> dict[str, Any]:
     replayed = subprocess.run(
         [*COMMAND, "replay", str(folder / "recording.mcap")], cwd=ROOT, capture_output=True, text=True
     )
-    live = summary["live"]
-    return {
-        "least": least.tolist(),
-        "completed": summary["mission_completed"],
-        "maneuvers": summary["maneuvers"],
-        "reversals": summary["reversals"],
-        "steps": summary["steps"],
-        "missed": live["missed_steps"],
-        "step_ms": live["step_ms"],
-        "command_ms": live["command_ms"],
-        "age_ms": live["packet_age_ms"],
-        "identical": replayed.returncode == 0,
-    }
+    return {"least": least.tolist(), **outcome(folder), "identical": replayed.returncode == 0}
 
 
 def page_of(rows: list[dict[str, Any]], parallel: int) -> str:
@@ -118,7 +92,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=10)
     parser.add_argument("--parallel", type=int, default=2)
-    parser.add_argument("--out", type=Path, default=Path("docs/results/live_flight_test.md"))
+    parser.add_argument("--out", type=Path, default=RESULT)
     given = parser.parse_args()
     with ThreadPoolExecutor(given.parallel) as pool:
         rows = []

@@ -5,7 +5,6 @@
 """
 
 import argparse
-import json
 import tempfile
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
@@ -14,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from experiments.loopback import HOST, ROOT, Process, fly, free_port, started, stopped_after
+from experiments.loopback import HOST, ROOT, fly_mission, free_port, outcome
 from wideberth.config import load_scenario
 from wideberth.conflict.well_clear import PRESETS
 from wideberth.live.sender_sources import reports_of_scans, scans_of
@@ -61,36 +60,22 @@ def tables_of(case: Case) -> dict[str, Any]:
 
 def run(case: Case) -> dict[str, Any]:
     """Fly once, and return what came of it."""
-    autopilot, adsb = free_port(), free_port()
-    others: list[Process] = []
-    events: list[str] = []
-    with tempfile.TemporaryDirectory() as name, stopped_after(others):
+    autopilot, adsb = f"udp:{HOST}:{free_port()}", f"{HOST}:{free_port()}"
+    with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         config = folder / "live_head_on.toml"
         tables = tables_of(case)
-        tables["autopilot"]["connection"] = f"udp:{HOST}:{autopilot}"
-        tables["inputs"][0]["listen"] = f"{HOST}:{adsb}"
+        tables["autopilot"]["connection"] = autopilot
+        tables["inputs"][0]["listen"] = adsb
         config.write_text(to_toml(tables))
-
-        def watch(status: dict[str, Any]) -> bool:
-            events.extend(status["events"])
-            mission = status["mission"]
-            if not others:
-                peer = f"udp:{HOST}:{autopilot}"
-                others.append(
-                    started("simulate-vehicle", "--mission", config, "--vehicle", case.vehicle, "--connect", peer)
-                )
-            elif mission is not None and len(others) == 1:
-                others.append(started("send-traffic", config, "--to", f"{HOST}:{adsb}"))
-            return mission is not None and mission["index"] >= mission["waypoints"]
-
-        fly([str(config), "--command"], folder, watch, LONGEST)
+        vehicle = ("simulate-vehicle", "--mission", config, "--vehicle", case.vehicle, "--connect", autopilot)
+        sender = ("send-traffic", config, "--to", adsb)
+        events = fly_mission([str(config), "--command"], folder, LONGEST, vehicle, sender)
         return {"case": case._asdict(), "events": events, **judged(folder, config)}
 
 
 def judged(folder: Path, config: Path) -> dict[str, Any]:
     """Return separation from the true aircraft, maneuvers and latencies of a flight's recording."""
-    summary = json.loads((folder / "summary.json").read_text())
     steps = list(read_recording(folder / "recording.mcap").steps())
     scenario = load_scenario(config)
     assert isinstance(scenario.traffic, SimulatedTrafficConfig)
@@ -104,17 +89,12 @@ def judged(folder: Path, config: Path) -> dict[str, Any]:
             avoided = step.snapshot.maneuver is not None
             rows.append([t, *step.ownship.position, np.hypot(away[0], away[1]), abs(away[2]), avoided])
     path = np.array(rows)
-    live = summary["live"]
     return {
+        **outcome(folder),
         "path": path,
         "least": float(well_clear_ratio(path[:, 4], path[:, 5]).min()),
         "horizontal": float(path[:, 4].min()),
-        "completed": summary["mission_completed"],
-        "maneuvers": summary["maneuvers"],
         "episodes": int((np.diff(path[:, 6], prepend=0.0) > 0).sum()),
-        "reversals": summary["reversals"],
-        "missed": live["missed_steps"],
-        "step_ms": live["step_ms"],
     }
 
 

@@ -21,12 +21,12 @@ from typing import Any
 import numpy as np
 
 from experiments.loopback import COMMAND, ROOT, free_port, started
+from experiments.made_reports import made_report
 from wideberth.frames import LocalFrame
 from wideberth.links.radar_udp import encode_radar
 from wideberth.live.senders import TrafficPackets
-from wideberth.sensors.adsb.report import AdsbReport
 from wideberth.toml_text import to_toml
-from wideberth.types import FloatArray, SourceInfo
+from wideberth.types import FloatArray
 
 AIRCRAFT, PLOTS, MOVING = 50, 20, 12
 RANGE = 3000.0
@@ -103,19 +103,11 @@ def send(ports: dict[str, int]) -> None:
         out.sendto(encode_radar(1, step, t, z, sigma), ("127.0.0.1", ports["radar"]))
         p, v = at(heard, 0.1 * step)
         # A tenth of them in each step.
-        reports = [_report(k, t, frame, p[k], v[k]) for k in range(step % 10, AIRCRAFT, 10)]
+        tenth = range(step % 10, AIRCRAFT, 10)
+        reports = [made_report(t, 0xA00000 + k, f"SOAK{k:02d}", frame, p[k], v[k]) for k in tenth]
         for data in packets.encode(reports, t):
             out.sendto(data, ("127.0.0.1", ports["gdl90"]))
         step += 1
-
-
-def _report(k: int, t: float, frame: LocalFrame, p: FloatArray, v: FloatArray) -> AdsbReport:
-    latitude, longitude, altitude = (float(x) for x in frame.to_geodetic(p))
-    info = SourceInfo(callsign=f"SOAK{k:02d}", nic=8, nacp=9)
-    return AdsbReport(
-        t, f"{0xA00000 + k:06x}", latitude, longitude, pressure_altitude=altitude, velocity_north=float(v[0]),
-        velocity_east=float(v[1]), climb_rate=0.0, info=info,
-    )  # fmt: skip
 
 
 def resident(process: int) -> float:

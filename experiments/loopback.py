@@ -8,7 +8,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +66,7 @@ def fly(arguments: list[str], folder: Path, watch: Watch, longest: float, progra
     Raises
     ------
     RuntimeError
-        If it ends by itself, or with an error.
+        If it ends with an error.
     """
     flight = subprocess.Popen(
         [sys.executable, "-c", program, "fly", *arguments, "--json", "--out", str(folder)], cwd=ROOT, text=True,
@@ -83,3 +83,53 @@ def fly(arguments: list[str], folder: Path, watch: Watch, longest: float, progra
         _, said = flight.communicate(timeout=60)
         if flight.returncode != 0:
             raise RuntimeError(f"the flight ended with status {flight.returncode}: {said}")
+
+
+def fly_mission(
+    arguments: list[str],
+    folder: Path,
+    longest: float,
+    vehicle: Sequence[str | Path],
+    sender: Sequence[str | Path],
+) -> list[str]:
+    """Run `wideberth fly` until its mission is flown, or too long, and return the events it told.
+
+    Parameters
+    ----------
+    arguments, folder, longest
+        As for `fly`.
+    vehicle, sender
+        Commands beside it: started once its kernels are compiled, and once it has a mission.
+    """
+    others: list[Process] = []
+    events: list[str] = []
+
+    def watch(status: dict[str, Any]) -> bool:
+        events.extend(status["events"])
+        mission = status["mission"]
+        if not others:
+            others.append(started(*vehicle))
+        elif mission is not None and len(others) == 1:
+            # Now every scan is recorded, and the first tells when the sender began.
+            others.append(started(*sender))
+        return mission is not None and mission["index"] >= mission["waypoints"]
+
+    with stopped_after(others):
+        fly(arguments, folder, watch, longest)
+    return events
+
+
+def outcome(folder: Path) -> dict[str, Any]:
+    """Return what the summary of a flight in a folder says of its mission, maneuvers and latencies."""
+    summary = json.loads((folder / "summary.json").read_text())
+    live = summary["live"]
+    return {
+        "completed": summary["mission_completed"],
+        "maneuvers": summary["maneuvers"],
+        "reversals": summary["reversals"],
+        "steps": summary["steps"],
+        "missed": live["missed_steps"],
+        "step_ms": live["step_ms"],
+        "command_ms": live["command_ms"],
+        "age_ms": live["packet_age_ms"],
+    }

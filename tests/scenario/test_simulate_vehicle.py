@@ -191,7 +191,7 @@ def test_wrong_options_say_what_to_do(options, message, tmp_path) -> None:
     assert result.exit_code == 2
     assert message in result.output
     for wrong in (["tcp:127.0.0.1:1"], ["tcpin:127.0.0.1:1", "tcpin:127.0.0.1:2"], ["udp:127.0.0.1:0"]):
-        with pytest.raises(InputError):
+        with pytest.raises(InputError, match=f"--connect '{wrong[-1]}': write udp:127.0.0.1:14550"):
             parse_peers(wrong)
 
 

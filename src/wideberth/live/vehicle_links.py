@@ -44,7 +44,7 @@ class VehicleLinks:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for one in (self._udp, *self._clients, *([] if self._server is None else [self._server])):
+        for one in self._sockets():
             one.close()
 
     def receive(self) -> list[bytes]:
@@ -92,8 +92,10 @@ class VehicleLinks:
 
     def wait(self, seconds: float) -> None:
         """Wait until something comes, but not longer than that."""
-        sockets = [self._udp, *self._clients, *([] if self._server is None else [self._server])]
-        select.select(sockets, [], [], seconds)
+        select.select(self._sockets(), [], [], seconds)
+
+    def _sockets(self) -> list[socket.socket]:
+        return [self._udp, *self._clients, *([] if self._server is None else [self._server])]
 
     def _drop(self, client: socket.socket) -> None:
         client.close()

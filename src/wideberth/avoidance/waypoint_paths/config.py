@@ -163,8 +163,8 @@ class AStarConfig(PartConfig):
     settle_s, urgent_s : float
         A new maneuver is not replaced for so long, unless a cylinder is entered within `urgent_s`.
     replace_share : float
-        A maneuver is replaced by a path of another sense that is not free only if that is in cylinders for at most so
-        much of the time.
+        A maneuver flagged as the least bad is replaced by a path of another sense that is not free only if that is in
+        cylinders for at most so much of the time.
     return_after_s : float
         A maneuver ends early once the straight way back to the mission has been free for so long.
     cell_m, cell_height_m : float

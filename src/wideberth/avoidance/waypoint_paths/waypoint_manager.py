@@ -212,7 +212,7 @@ class AStarPlanner:
         events: tuple[str, ...],
     ) -> tuple[Maneuver | None, tuple[str, ...]]:
         course = self._course(x, limits)
-        new: JudgedPath | None = None
+        new: JudgedPath | None
         followed: JudgedPath | None = None
         (goal, rejoin), *others = self._goals(x, limits, mission)
         if self._maneuver is not None:

@@ -73,7 +73,7 @@ def page_of(found: Found, speeds: dict[str, tuple[float | None, float]], seed: i
         By controller: s of a decision about a pair or None, and times real time with 100 vehicles.
     seed : int
     """
-    pairs, cubes = found["pairs"], found["cubes"]
+    pairs, cubes, layers = found["pairs"], found["cubes"], found["layers"]
     lines = [
         "# Cooperative avoidance in random encounters",
         "",
@@ -92,7 +92,7 @@ def page_of(found: Found, speeds: dict[str, tuple[float | None, float]], seed: i
     titles = {
         "pairs": f"{len(pairs['none']['least']):,} pairs that would meet 20 to 40 s after the start",
         "cubes": f"{len(cubes['none']['least']):,} encounters of ten vehicles in a cube of 300 ft",
-        "layers": f"{len(cubes['none']['least']):,} encounters of ten vehicles in a layer of 300 by 300 by 40 ft",
+        "layers": f"{len(layers['none']['least']):,} encounters of ten vehicles in a layer of 300 by 300 by 40 ft",
     }
     for kind, title in titles.items():
         lines += ["", f"## {title}", "", *table_of("controller", controllers[kind])]

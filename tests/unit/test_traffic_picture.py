@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.naive import cas as naive
 from wideberth.avoidance.cas import multi_kernels as multi
 from wideberth.avoidance.cas.clock_offset import ClockOffset
 from wideberth.avoidance.cas.config import CasConfig, PredictionConfig, cas_preset
@@ -300,7 +301,9 @@ def test_intent_is_believed_only_of_those_who_fly_there() -> None:
     assert seen.counts["doubted intent"] == 5
     # While it avoids, it does not fly along its waypoints.
     seen.take(message(12.0, waypoints=waypoints, avoidance_rate=-0.6, velocity=[0, 1.5, -0.6]), 12.0)
-    assert there.closest[0, 0] != seen.traffic(12.0, OWN).closest[0, 0]
+    straight = naive.closest(OWN[:3] - [12.0, 0, -15], OWN[3:] - [0, 1.5, -0.6])
+    assert seen.traffic(12.0, OWN).closest[0] == pytest.approx(straight)
+    assert there.closest[0, 0] != pytest.approx(straight[0])
 
 
 def test_who_shares_our_number_and_height_goes_the_other_way() -> None:

@@ -55,7 +55,7 @@ def test_interval_passes_everybody_and_names_who_binds() -> None:
     control.take(message(CROSSING, 2), 0.0)
     decision = control.decide(0.0, OWN, -15.2)
     others = {1: np.array([*OTHER, -15.0]), 2: np.array([*CROSSING, -15.1])}
-    assert decision.avoid and control.target in (1, 2)
+    assert decision.avoid and control.target == 1  # alone the crossing one would pass
     assert decision.rate == pytest.approx(naive.interval(OWN, 0, -15.2, 0.0, others, CasConfig()), abs=1e-3)
 
 

@@ -41,8 +41,6 @@ def stability(
     law, also as printed. The report draws the gain along a pass, the eigenvalues of each law, and the delay against the
     distance and the time to the closest point (CAS thesis, figures 5.6 and 5.10, tables 5.1 to 5.3).
     """
-    from wideberth.analysis.stability import LAWS, largest_stable_delay
-
     tau = quantity("--lag", lag, "time")
     if (position is None) != (velocity is None):
         raise InputError("an encounter needs both --position and --velocity")
@@ -56,12 +54,21 @@ def stability(
             tau,
             as_json,
         )
-        if out is None:
-            return
-        times = []
     else:
-        times = [quantity("--time", text, "time") for text in time or TIMES]
-    orders: list[int | None] = [*(pade or ()), None]
+        _show_delays([quantity("--time", text, "time") for text in time or TIMES], pade or [], tau, as_json)
+    if out is not None:
+        from wideberth.evaluation.stability_report import write_stability_report
+
+        if out.exists() and not out.is_dir():
+            raise InputError(f"--out {out} is a file: give a folder")
+        typer.echo(f"report: {write_stability_report(out, tau)}", err=as_json)
+
+
+def _show_delays(times: list[float], pade: list[int], tau: float, as_json: bool) -> None:
+    """Print the largest stable delay by time to the closest point and law."""
+    from wideberth.analysis.stability import LAWS, largest_stable_delay
+
+    orders: list[int | None] = [*pade, None]
     rows = []
     try:
         for t in times:
@@ -75,18 +82,12 @@ def stability(
             rows.append({"t_star_s": t, "lag_s": tau, "largest_stable_delay_s": delays})
     except ValueError as error:
         raise InputError(str(error)) from None
-    if as_json and rows:
+    if as_json:
         typer.echo(json.dumps(rows, indent=2))
-    elif rows:
-        from rich.console import Console
+        return
+    from rich.console import Console
 
-        Console().print(_table(rows, tau))
-    if out is not None:
-        from wideberth.evaluation.stability_report import write_stability_report
-
-        if out.exists() and not out.is_dir():
-            raise InputError(f"--out {out} is a file: give a folder")
-        typer.echo(f"report: {write_stability_report(out, tau)}", err=as_json)
+    Console().print(_table(rows, tau))
 
 
 def _table(rows: list[dict[str, object]], tau: float) -> "Table":

@@ -67,7 +67,7 @@ class PathCylinderDetector:
         threats: list[Threat | None] = []
         judged: list[tuple[Track, FloatArray]] = []
         for track in tracks:
-            state = np.concatenate((track.position, track.velocity, track.acceleration), dtype=np.float64)
+            state = _state_of(track)
             if track.is_ownship:
                 threats.append(_without_state(track, 0.0, AlertLevel.CLEAR))
             elif not (np.isfinite(state).all() and np.isfinite(track.covariance).all()):
@@ -83,10 +83,7 @@ class PathCylinderDetector:
     ) -> tuple[PathConflict, ...]:
         """Return flags and times by segment of the path for every track, whose states must be finite; see `assess`."""
         flown = self._path(t, ownship, path)
-        states = (
-            np.concatenate([track.position, track.velocity, track.acceleration]).astype(float) for track in tracks
-        )
-        return tuple(self._conflicts(t, flown, list(zip(tracks, states, strict=True))))
+        return tuple(self._conflicts(t, flown, [(track, _state_of(track)) for track in tracks]))
 
     def _path(self, t: float, ownship: Ownship, path: Mission | Maneuver | None) -> CheckedPath:
         config = self._config
@@ -175,6 +172,11 @@ class PathCylinderDetector:
         if not entry <= config.lookahead_s:
             entry = leaves = math.nan
         return Threat(track.id, t_cpa, d_cpa, h_cpa, entry, (entry, min(leaves, config.lookahead_s)), chance, level)
+
+
+def _state_of(track: Track) -> FloatArray:
+    """Return position, velocity and acceleration (9,)."""
+    return np.concatenate((track.position, track.velocity, track.acceleration), dtype=np.float64)
 
 
 def _straight_on(t: float, judged: Sequence[tuple[Track, FloatArray]]) -> tuple[FloatArray, FloatArray]:

@@ -22,7 +22,7 @@ _TOUCHES = 1e-6  # m: a tangent path meets the separation itself
 def summary_of(config: FleetConfig, run: FleetRun) -> dict[str, Any]:
     """Return the numbers of a run, ready for JSON: SI, and the least separation in feet as well."""
     least = run.least_separation
-    separation = max((v.controller or config.controller).separation_m for v in config.vehicles)
+    separation = max(controller.separation_m for controller in config.controllers)
     first, second = (int(k) for k in divmod(int(run.separation.argmin()), len(config.vehicles)))
     kept = least >= separation - _TOUCHES
     return {
@@ -37,7 +37,7 @@ def summary_of(config: FleetConfig, run: FleetRun) -> dict[str, Any]:
         + ("are kept" if kept else "are violated"),
         "vehicles": [
             {
-                "controller": (vehicle.controller or config.controller).controller,
+                "controller": controller.controller,
                 "least_separation_m": float(run.separation[k].min()),
                 "least_separation_ft": float(run.separation[k].min()) / FOOT,
                 "drift_up_m": float(run.drift[k, 0]),
@@ -47,7 +47,7 @@ def summary_of(config: FleetConfig, run: FleetRun) -> dict[str, Any]:
                 "avoidances": sum(event.vehicle == k for event in run.events),
                 **{name: int(counts[k]) for name, counts in run.counters.items()},
             }
-            for k, vehicle in enumerate(config.vehicles)
+            for k, controller in enumerate(config.controllers)
         ],
         "avoidances": [
             {

@@ -241,7 +241,9 @@ def start_states(config: FleetConfig) -> tuple[FloatArray, FloatArray]:
 
 def controller_settings(config: FleetConfig, *, predicted: bool = False) -> FloatArray:
     """Return the settings of each vehicle's controller (n, N_SETTINGS); `predicted` as of `settings`."""
-    return np.array([settings(v.controller or config.controller, predicted=predicted) for v in config.vehicles])
+    # Once for vehicles that have the same: a threshold's table may have to be read for it.
+    rows = {controller: settings(controller, predicted=predicted) for controller in set(config.controllers)}
+    return np.array([rows[controller] for controller in config.controllers])
 
 
 def vehicle_parameters(config: FleetConfig) -> FloatArray:

@@ -123,6 +123,11 @@ class FleetConfig(PartConfig):
     communication: CommunicationConfig = CommunicationConfig()
     rotorcraft: RotorcraftConfig = RotorcraftConfig()
 
+    @property
+    def controllers(self) -> tuple[CasConfig, ...]:
+        """The controller of each vehicle: its own, else the fleet's."""
+        return tuple(vehicle.controller or self.controller for vehicle in self.vehicles)
+
     @model_validator(mode="before")
     @classmethod
     def _preset(cls, table: Any) -> Any:

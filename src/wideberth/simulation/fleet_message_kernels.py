@@ -416,5 +416,6 @@ def warmup() -> None:
     put(make_buffers(2, 4), make_results(2, 1, 1), 1, 1, 0, 1)
     r, u = np.ones(N_RUN), np.empty(4)
     carry(1, 1, 0.1, 0, 1, 1, 1, r, make_buffers(2, 4), make_results(2, 1, 1), u)
+    send(1, 0.1, 1, 1, r, make_buffers(2, 4, 3), make_results(2, 1, 1), u)
     ones = np.ones((2, pair.N_SETTINGS))
     navigate(1, 0.1, np.ones((2, 6)), np.ones(2), ones, r, 1, 1, u, make_buffers(2, 4))

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.avoidance.cas import pair_kernels as pair
-from wideberth.avoidance.cas.config import CasConfig
 from wideberth.avoidance.cas.settings import REASONS
 from wideberth.avoidance.cas.vehicle_controller import CONTROLLERS, VehicleController
 from wideberth.avoidance.cas.vehicle_message import Health, VehicleMessage
@@ -35,19 +34,11 @@ _COUNTED = {
 
 def predicts(config: FleetConfig) -> bool:
     """Return whether the compiled loop, which takes states as received, does not fly this fleet."""
-    return not _tells_states_only(config) or any(_predicts(c) for c in _controllers(config))
+    return not (_tells_states_only(config) and all(c.prediction.as_received for c in config.controllers))
 
 
 def _tells_states_only(config: FleetConfig) -> bool:
     return config.communication.velocities and all(v.health == "nominal" for v in config.vehicles)
-
-
-def _controllers(config: FleetConfig) -> list[CasConfig]:
-    return [v.controller or config.controller for v in config.vehicles]
-
-
-def _predicts(config: CasConfig) -> bool:
-    return config.prediction.kind != "constant_velocity" or config.prediction.intent
 
 
 class PredictedFleet:
@@ -70,8 +61,8 @@ class PredictedFleet:
         self._config = config
         self._velocities, self._plain = config.communication.velocities, _tells_states_only(config)
         self._health = [Health[v.health.upper()] for v in config.vehicles]
-        self._lookahead = max(c.prediction.lookahead_s for c in _controllers(config))
-        self._intent = any(c.prediction.intent for c in _controllers(config))
+        self._lookahead = max(c.prediction.lookahead_s for c in config.controllers)
+        self._intent = any(c.prediction.intent for c in config.controllers)
         self._start, self._wanted = np.zeros((0, 6)), np.zeros(0)
         self._made()
 
@@ -83,8 +74,8 @@ class PredictedFleet:
                 f"leave out {_BEYOND}"
             )
         controls: list[VehicleController | None] = []
-        for i, c in enumerate(_controllers(self._config)):
-            if c.disable or c.controller == "none" or (self._plain and not _predicts(c)):
+        for i, c in enumerate(self._config.controllers):
+            if c.disable or c.controller == "none" or (self._plain and c.prediction.as_received):
                 controls.append(None)
                 continue
             if c.controller not in CONTROLLERS:
@@ -137,10 +128,7 @@ class PredictedFleet:
                 kernels.navigate(k, t, x, wanted, p, r, seed, encounter, scratch, b)
             if sends:
                 told[k % ring] = np.where(reasons == pair.NO_REASON, math.nan, commands)
-                for i in range(n):
-                    for j in range(n):
-                        if i != j:
-                            kernels.carry(k, k, t, i, j, seed, encounter, r, b, results, scratch)
+                kernels.send(k, t, seed, encounter, r, b, results, scratch)
             self._deliver(controls, k, t, b, told)
             kernels.receive(k, r, p, b, results)
             for i, control in enumerate(controls if decides else ()):

@@ -71,6 +71,11 @@ class PredictionConfig(PartConfig):
     clock_limit_s: float = Field(default=60.0, gt=0)
     patience_s: float = Field(default=4.0, gt=0)
 
+    @property
+    def as_received(self) -> bool:
+        """Whether states are taken as received, for which nobody has to predict."""
+        return self.kind == "constant_velocity" and not self.intent
+
 
 class ThresholdConfig(PartConfig):
     """What counts as a conflict, and when an avoidance starts (CAS thesis, 4.1.3, 4.2.2).

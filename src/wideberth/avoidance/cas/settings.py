@@ -83,7 +83,7 @@ def settings(config: CasConfig, *, predicted: bool = False) -> FloatArray:
         If another prediction is configured than the states as received and nobody predicts, or the table of conflict
         probabilities does not fit.
     """
-    if not predicted and (config.prediction.kind != "constant_velocity" or config.prediction.intent):
+    if not predicted and not config.prediction.as_received:
         raise InputError(
             "prediction: states are taken as received here; use kind = 'constant_velocity' without intent, "
             "or wideberth.avoidance.cas.vehicle_controller.VehicleController"

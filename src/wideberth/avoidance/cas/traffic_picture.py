@@ -11,7 +11,7 @@ from wideberth.argument_checks import FINITE, checked
 from wideberth.avoidance.cas import multi_kernels as multi
 from wideberth.avoidance.cas.clock_offset import ClockOffset
 from wideberth.avoidance.cas.config import CasConfig
-from wideberth.avoidance.cas.vehicle_estimate import ReceivedState, VehicleEstimate, finite_or_nan
+from wideberth.avoidance.cas.vehicle_estimate import ReceivedState, VehicleEstimate
 from wideberth.avoidance.cas.vehicle_message import Health, VehicleMessage
 from wideberth.types import FloatArray
 
@@ -111,7 +111,7 @@ class TrafficPicture:
             c = self._config.prediction
             clock = self._clocks.setdefault(message.sender, ClockOffset(c.clock_tolerance_s))
             echo = message.echo_time, message.echo_received
-            known_echo = finite_or_nan(echo, (2,)) is not None
+            known_echo = _finite_or_nan(echo, (2,)) is not None
             borne_out = clock.take(now, message.time, *(echo if known_echo else (None, None)))
             cause = "from the future"
             if borne_out:
@@ -153,9 +153,7 @@ class TrafficPicture:
         # Those that have the own number are told from us by their place, which they know like we do.
         self._forget(now)
         placed = [
-            (sender, float(known.estimate.position_at(now + self.clock_offset(sender))[0]), known)
-            for sender in self._known
-            for known in self._known[sender]
+            (sender, self._north(sender, known, now), known) for sender in self._known for known in self._known[sender]
         ]
         placed.sort(key=lambda row: row[:2])
         rows = [(sender, known) for sender, _, known in placed]
@@ -181,6 +179,12 @@ class TrafficPicture:
         own_row = sum((sender, north) < (self.number, x[0]) for sender, north, _ in placed) - 1
         return Traffic(senders, own_row, views, use, cooperates, closest)
 
+    def _north(self, sender: int, known: _Known, now: float) -> float:
+        """Return how far north a vehicle is, m; 0 where its number alone tells it from all others."""
+        if sender != self.number and len(self._known[sender]) == 1:
+            return 0.0
+        return float(known.estimate.position_at(now + self.clock_offset(sender))[0])
+
     def _forget(self, now: float) -> None:
         """Drop vehicles that have been stale for long."""
         longest = _FORGOTTEN * self._config.stale_s
@@ -198,9 +202,9 @@ class TrafficPicture:
     def _checked(self, message: VehicleMessage, now: float) -> ReceivedState | None:
         """Return the numbers of a message; None where they make no sense."""
         c = self._config.prediction
-        parts = [finite_or_nan(part, (3,)) for part in (message.position, message.velocity, message.acceleration)]
+        parts = [_finite_or_nan(part, (3,)) for part in (message.position, message.velocity, message.acceleration)]
         scalars = [
-            finite_or_nan(part, ())
+            _finite_or_nan(part, ())
             for part in (message.time, message.position_sigma, message.z_wanted, message.avoidance_rate)
         ]
         waypoints = _waypoints(message.waypoints)
@@ -308,6 +312,17 @@ class TrafficPicture:
             self._count(sender, "doubted cooperation")
             return False
         return last.cooperates
+
+
+def _finite_or_nan(value: object, shape: tuple[int, ...]) -> FloatArray | None:
+    """Return numbers of a shape, NaN for None; None where they are something else or not finite."""
+    if value is None:
+        return np.full(shape, math.nan)
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+    return array if array.shape == shape and np.isfinite(array).all() else None
 
 
 def _waypoints(value: ArrayLike | None) -> FloatArray | None:

@@ -82,6 +82,11 @@ class VehicleEstimate:
         self._config, self._smoothing = config, smoothing
         self._filters = config.kind in {"kalman", "kalman_acceleration"}
         self._accelerates = config.kind in {"constant_acceleration", "kalman_acceleration"}
+        self._noise_factors = {
+            Health.NOMINAL: 1.0,
+            Health.DEGRADED: config.degraded_noise_factor,
+            Health.FAILED: config.failed_noise_factor,
+        }
         self._x, self._c = np.zeros((3, kernels.STATES)), np.zeros((3, kernels.STATES, kernels.STATES))
         self._phi, self._q = np.zeros((2, kernels.STATES, kernels.STATES))
         self.last = first
@@ -112,7 +117,7 @@ class VehicleEstimate:
             )  # fmt: skip
         else:
             position, velocity, acceleration = state.measured
-            expected = self._at(state.time)[0][:, 0]
+            expected = self.position_at(state.time)
             received = np.isfinite(velocity).all()
             known = velocity if received else _limited((position - before[0]) / dt, c.speed_limit_mps)
             if self._accelerates and not np.isfinite(acceleration).all():
@@ -191,9 +196,8 @@ class VehicleEstimate:
     def _density(self, accelerates: bool) -> float:
         """Return the process noise, widened by the vehicle's health."""
         c = self._config
-        factor = {Health.NOMINAL: 1.0, Health.DEGRADED: c.degraded_noise_factor, Health.FAILED: c.failed_noise_factor}
         density = c.jerk_density_m2ps5 if accelerates else c.acceleration_density_m2ps3
-        return density * factor[self.last.health] ** 2
+        return density * self._noise_factors[self.last.health] ** 2
 
     def _nodes(self, now: float, position: FloatArray, velocity: FloatArray, waypoints: FloatArray) -> FloatArray:
         """Return times from now and places (n, 4): the waypoints ahead, else straight flight until the look-ahead."""
@@ -203,17 +207,6 @@ class VehicleEstimate:
             until = self._config.lookahead_s
             ahead = np.array([[until, *(position + velocity * until)]])
         return np.vstack([[0.0, *position], ahead])
-
-
-def finite_or_nan(value: object, shape: tuple[int, ...]) -> FloatArray | None:
-    """Return numbers of a shape, NaN for None; None where they are something else or not finite."""
-    if value is None:
-        return np.full(shape, math.nan)
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        return None
-    return array if array.shape == shape and np.isfinite(array).all() else None
 
 
 def _limited(vector: FloatArray, largest: float) -> FloatArray:

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.lockstep import check_flown_alike
 from wideberth.cli.main import app
 from wideberth.errors import InputError
-from wideberth.simulation.fleet import Fleet, fly_fleet
+from wideberth.simulation.fleet import fly_fleet
 from wideberth.simulation.fleet_config import FleetConfig, FleetVehicleConfig, load_fleet
-from wideberth.simulation.fleet_vehicle import MESSAGE_BYTES, FleetVehicle
+from wideberth.simulation.fleet_vehicle import FleetVehicle
+from wideberth.simulation.fleet_wire import MESSAGE_BYTES
 from wideberth.units import FOOT
 
 compiled = pytest.mark.skipif(
@@ -21,31 +23,11 @@ compiled = pytest.mark.skipif(
 SCENARIOS = Path(__file__).parents[2] / "scenarios"
 
 
-def in_lockstep(config: FleetConfig) -> list[FleetVehicle]:
-    """Fly the vehicles with messages that arrive within the step, in one process."""
-    vehicles = [FleetVehicle(config, k) for k in range(len(config.vehicles))]
-    for step in range(vehicles[0].steps):
-        sent = [vehicle.message(step) for vehicle in vehicles]
-        for k, vehicle in enumerate(vehicles):
-            for j, data in enumerate(sent):
-                if j != k and data is not None:
-                    vehicle.take(data, step)
-            vehicle.act(step)
-    return vehicles
-
-
 @compiled
 @pytest.mark.parametrize("name", ["cas_figure_4_22a", "cas_six_to_one_place", "cas_six_turning"])
 def test_vehicles_alone_fly_as_the_fleet_does(name: str) -> None:
     config = load_fleet(SCENARIOS / f"{name}.toml")
-    fleet = Fleet(config, config.step_s)
-    run = fleet.result(fleet.fly())
-    for k, vehicle in enumerate(in_lockstep(config)):
-        record = vehicle.record()
-        assert np.array_equal(record.states[:-1], run.states[:, k])
-        assert np.array_equal(record.commands, run.commands[:, k])
-        assert [row[3] for row in record.events] == [e.start for e in run.events if e.vehicle == k]
-        assert not record.refused
+    check_flown_alike(config, fly_fleet(config, config.step_s))
 
 
 @compiled

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from tests.lockstep import check_flown_alike
 from wideberth.avoidance.cas.config import CasConfig, PredictionConfig, ThresholdConfig
 from wideberth.cli.main import app
 from wideberth.errors import InputError
@@ -149,6 +150,19 @@ def test_a_run_depends_on_its_seed_and_encounter_only() -> None:
     assert np.array_equal(fleet.separation, first)
 
 
+@pytest.mark.parametrize(
+    "radio",
+    [{}, {**NOISY, "velocities": False, "duplicates": 0.3}, {**NOISY, "hub": True, "before_start": "silent"}],
+    ids=["ideal", "positions alone", "hub"],
+)
+def test_vehicles_alone_fly_as_the_fleet_does(radio: Any) -> None:
+    # Everything that the others know of a vehicle has gone through the bytes of its messages.
+    config = meeting(3, radio, prediction=PredictionConfig(kind="kalman", intent=True))
+    sick = (config.vehicles[0].model_copy(update={"health": "degraded"}), *config.vehicles[1:])
+    config = config.model_copy(update={"vehicles": sick})
+    check_flown_alike(config, fly_fleet(config, config.step_s), 1e-9)
+
+
 def test_absurd_and_stale_messages_are_counted_and_do_no_harm() -> None:
     kalman = PredictionConfig(kind="kalman")
     run = flown(meeting(2, {"absurd": 0.3}, prediction=kalman))
@@ -180,8 +194,8 @@ def test_what_does_not_go_with_a_prediction_is_refused_in_words() -> None:
     config = meeting(2, {}, prediction=kalman)
     with pytest.raises(InputError, match="distributed"):
         Fleet(config.model_copy(update={"architecture": "centralised"}))
-    with pytest.raises(InputError, match="leave out --processes"):
-        fly_as_processes(config)
+    with pytest.raises(InputError, match="vehicle 0: controller 'horizontal'"):
+        fly_as_processes(meeting(2, {}, controller="horizontal", prediction=kalman))
 
 
 def test_run_flies_the_scenario_and_the_filter_decides_it(tmp_path: Path) -> None:

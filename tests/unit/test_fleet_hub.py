@@ -9,16 +9,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.lockstep import check_flown_alike
 from tests.naive.cas import NaiveVehicle, commanded_by_a_hub
 from wideberth.avoidance.cas import pair_kernels
 from wideberth.avoidance.cas.config import cas_preset
 from wideberth.avoidance.cas.settings import settings
-from wideberth.errors import InputError
 from wideberth.live.fleet_processes import fly_as_processes
 from wideberth.simulation import fleet_hub_kernels as kernels
 from wideberth.simulation.fleet import Fleet, FleetRun, fly_fleet
 from wideberth.simulation.fleet_config import CommunicationConfig, FleetConfig, FleetVehicleConfig, load_fleet
+from wideberth.simulation.fleet_hub import FleetHub
 from wideberth.simulation.fleet_message_kernels import make_buffers
+from wideberth.simulation.fleet_messages import TOLD
+from wideberth.simulation.fleet_vehicle import FleetVehicle
+from wideberth.simulation.fleet_wire import packed_message
 from wideberth.units import FOOT
 from wideberth.vehicles import rotorcraft_kernels as rotorcraft
 from wideberth.vehicles.config import RotorcraftConfig
@@ -155,5 +159,38 @@ def test_others_than_a_known_architecture_are_refused() -> None:
         pair_config(radio={"hub": True})
     with pytest.raises(ValueError, match="architecture"):
         pair_config(architecture="anarchic")
-    with pytest.raises(InputError, match="centralised fleet does not fly as processes"):
-        fly_as_processes(pair_config())
+
+
+@compiled
+@pytest.mark.parametrize("radio", [{}, {"delay_s": 1.0, "jitter_s": 0.5, "loss": 0.2, "duplicates": 0.3}])
+def test_hub_and_vehicles_alone_fly_as_the_fleet_does(radio: dict[str, Any]) -> None:
+    config = pair_config(radio={**radio, "outage_start_s": 20.0, "outage_duration_s": 6.0})
+    check_flown_alike(config, fly_fleet(config, config.step_s))
+
+
+def test_what_is_not_for_hub_or_vehicle_is_refused_and_counted() -> None:
+    config = pair_config()
+    hub, vehicles = FleetHub(config), [FleetVehicle(config, k) for k in range(2)]
+    messages = [vehicle.message(0) or b"" for vehicle in vehicles]
+    for message in messages:
+        hub.take(message, 0)
+    commands = dict(hub.act(0))
+    assert set(commands) == {0, 1}
+    hub.take(commands[0], 0)
+    hub.take(messages[0], 100_000)
+    hub.take(messages[0][:-1], 0)
+    hub.take(packed_message(7, 0, range(TOLD)), 0)
+    assert hub.refused == {
+        "command to a hub": 1, "too old or from the future": 1, "wrong length": 1, "unknown sender": 1
+    }  # fmt: skip
+    vehicles[0].take(commands[1], 0)
+    vehicles[0].take(messages[1], 0)
+    assert vehicles[0].refused == {"command to another vehicle": 1, "not for a vehicle of this fleet": 1}
+
+
+@compiled
+def test_a_centralised_fleet_flies_as_processes() -> None:
+    config = pair_config(radio={"delay_s": 1.0})
+    run, counts = fly_as_processes(config, speed_up=8.0)
+    assert run.least_separation == pytest.approx(fly_fleet(config).least_separation, abs=0.15 * FOOT)
+    assert run.least_separation > 12 * FOOT and set(counts) == {"steps begun late"}

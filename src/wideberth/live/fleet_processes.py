@@ -1,9 +1,11 @@
-"""A fleet as one process for each vehicle, which know each other by UDP on loopback only."""
+"""A fleet as one process for each vehicle, and its hub, which know each other by UDP on loopback only."""
 
 import contextlib
 import multiprocessing
 import socket
 import time
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -14,8 +16,9 @@ from wideberth.simulation import fleet_kernels
 from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet import COUNTERS, FleetRun, event_of, start_states
 from wideberth.simulation.fleet_config import FleetConfig
+from wideberth.simulation.fleet_hub import FleetHub
+from wideberth.simulation.fleet_messages import controller_of, predicts
 from wideberth.simulation.fleet_vehicle import FleetVehicle, VehicleRecord
-from wideberth.simulation.predicted_fleet import predicts
 
 MOST_PROCESSES = 10
 _READY_TIME = 300.0  # s until a process has its kernels, compiled in the worst case
@@ -26,7 +29,7 @@ _DATAGRAM = 2048
 def fly_as_processes(
     config: FleetConfig, log_period: float = 0.1, speed_up: float = 1.0
 ) -> tuple[FleetRun, dict[str, int]]:
-    """Fly a fleet with a process for each vehicle, in real time.
+    """Fly a fleet with a process for each vehicle, and one for the hub of a centralised fleet, in real time.
 
     The links' delays and losses are those of the configuration, drawn alike; that of the computer itself comes on top.
 
@@ -48,31 +51,31 @@ def fly_as_processes(
     Raises
     ------
     InputError
-        If there are too many vehicles, the fleet is centralised or predicts, or a process has ended before its flight.
+        If there are too many vehicles, a controller does not go with its prediction, or a process has ended before its
+        flight.
     """
     n = len(config.vehicles)
     if n > MOST_PROCESSES:
         raise InputError(f"{n} vehicles: processes are for 2 to {MOST_PROCESSES}; fly without --processes")
-    if config.architecture == "centralised":
-        raise InputError("a centralised fleet does not fly as processes: each of them decides for itself")
     if predicts(config):
-        raise InputError(
-            "processes take states as received: leave out --processes, or controller.prediction, "
-            "communication.velocities and vehicles.health"
-        )
+        for k in range(n):
+            controller_of(config, k)  # an error is told here, not by a process
     if not speed_up > 0:
         raise InputError(f"speed-up {speed_up:g}: give a positive number")
+    members = n + (config.architecture == "centralised")
     context = multiprocessing.get_context("spawn")
     with contextlib.ExitStack() as stack:
-        sockets = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(n)]
+        sockets = [stack.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM)) for _ in range(members)]
         for one in sockets:
             one.bind(("127.0.0.1", 0))
         addresses = [one.getsockname() for one in sockets]
         ends, processes = [], []
-        for k in range(n):
+        for k in range(members):
             here, there = context.Pipe()
             process = context.Process(
-                target=_fly_one, args=(config, k, sockets[k], addresses, there, speed_up), daemon=True
+                target=_fly_one if k < n else _decide_for_all,
+                args=(config, k, sockets[k], addresses, there, speed_up),
+                daemon=True,
             )
             process.start()
             there.close()
@@ -88,12 +91,18 @@ def fly_as_processes(
         answers = [_answer(end, k, longest) for k, end in enumerate(ends)]
         for process in processes:
             process.join(5.0)
-    records: list[VehicleRecord] = [record for record, _ in answers]
-    counts = {"steps begun late": sum(late for _, late in answers)}
-    for record in records:
-        for cause, count in record.refused.items():
-            counts[cause] = counts.get(cause, 0) + count
-    return _joined(config, records, log_period), counts
+    records: list[VehicleRecord] = [record for record, _ in answers[:n]]
+    refused: list[Mapping[str, int]] = [record.refused for record in records]
+    if members > n:
+        (counters, refused_by_hub), _ = answers[n]
+        records = [
+            record._replace(counters=record.counters + own) for record, own in zip(records, counters, strict=True)
+        ]
+        refused.append(refused_by_hub)
+    counts = Counter({"steps begun late": sum(late for _, late in answers)})
+    for causes in refused:
+        counts.update(causes)
+    return _joined(config, records, log_period), dict(counts)
 
 
 def _answer(end: Connection, number: int, timeout: float) -> Any:
@@ -120,29 +129,70 @@ def _fly_one(
     first.take(data or b"", 0)
     first.act(0)
     vehicle = FleetVehicle(config, number)
-    others = [address for k, address in enumerate(addresses) if k != number]
-    own.setblocking(False)
-    end.send("ready")
-    start, late = end.recv(), 0
-    period = config.step_s / speed_up
+    others = (
+        addresses[-1:] if len(addresses) > len(config.vehicles) else [a for k, a in enumerate(addresses) if k != number]
+    )
+    start, late = _started(own, end), 0
     for step in range(vehicle.steps):
-        wait = start + step * period - time.monotonic()
-        if wait > 0.0:
-            time.sleep(wait)
-        elif wait < -period:
-            late += 1
+        late += _begun_late(start, step, config.step_s / speed_up)
         data = vehicle.message(step)
         if data is not None:
             for address in others:
-                # A full buffer is a lost message, as on any radio.
-                with contextlib.suppress(BlockingIOError):
-                    own.sendto(data, address)
-        with contextlib.suppress(BlockingIOError):
-            while True:
-                vehicle.take(own.recv(_DATAGRAM), step)
+                _send(own, data, address)
+        for data in _received(own):
+            vehicle.take(data, step)
         vehicle.act(step)
     end.send((vehicle.record(), late))
     end.close()
+
+
+def _decide_for_all(
+    config: FleetConfig,
+    number: int,
+    own: socket.socket,
+    addresses: list[tuple[str, int]],
+    end: Connection,
+    speed_up: float,
+) -> None:
+    """Decide for a centralised fleet: the body of its hub's process."""
+    FleetHub(config).act(0)  # loaded or compiled, on a hub that is then thrown away
+    hub = FleetHub(config)
+    start, late = _started(own, end), 0
+    for step in range(hub.steps):
+        late += _begun_late(start, step, config.step_s / speed_up)
+        for data in _received(own):
+            hub.take(data, step)
+        for vehicle, command in hub.act(step):
+            _send(own, command, addresses[vehicle])
+    end.send(((hub.counters, dict(hub.refused)), late))
+    end.close()
+
+
+def _started(own: socket.socket, end: Connection) -> float:
+    """Say that the process is ready, and return when all start."""
+    own.setblocking(False)
+    end.send("ready")
+    return float(end.recv())
+
+
+def _begun_late(start: float, step: int, period: float) -> bool:
+    """Wait until a step begins, and return whether it begins late by more than a step."""
+    wait = start + step * period - time.monotonic()
+    if wait > 0.0:
+        time.sleep(wait)
+    return wait < -period
+
+
+def _send(own: socket.socket, data: bytes, address: tuple[str, int]) -> None:
+    # A full buffer is a lost message, as on any radio.
+    with contextlib.suppress(BlockingIOError):
+        own.sendto(data, address)
+
+
+def _received(own: socket.socket) -> Iterator[bytes]:
+    with contextlib.suppress(BlockingIOError):
+        while True:
+            yield own.recv(_DATAGRAM)
 
 
 def _joined(config: FleetConfig, records: list[VehicleRecord], log_period: float) -> FleetRun:

@@ -10,7 +10,8 @@ from wideberth.avoidance.cas.settings import REASONS, settings
 from wideberth.simulation import fleet_hub_kernels, fleet_kernels
 from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet_config import CommunicationConfig, FleetConfig
-from wideberth.simulation.predicted_fleet import PredictedFleet, predicts
+from wideberth.simulation.fleet_messages import predicts
+from wideberth.simulation.predicted_fleet import PredictedFleet
 from wideberth.types import FloatArray
 from wideberth.vehicles.rotorcraft import parameters
 

@@ -1,7 +1,6 @@
 """One vehicle of a fleet by itself: it knows the others by their messages only, as bytes."""
 
-import struct
-import zlib
+import math
 from collections import Counter
 from typing import NamedTuple
 
@@ -9,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth.avoidance.cas import pair_kernels as pair
+from wideberth.simulation import fleet_hub_kernels as hub_kernels
 from wideberth.simulation import fleet_kernels
 from wideberth.simulation import fleet_message_kernels as kernels
 from wideberth.simulation.fleet import (
@@ -19,14 +19,19 @@ from wideberth.simulation.fleet import (
     vehicle_parameters,
 )
 from wideberth.simulation.fleet_config import FleetConfig
+from wideberth.simulation.fleet_hub import STEPS_APART
+from wideberth.simulation.fleet_messages import (
+    STATE,
+    TOLD,
+    FleetMessages,
+    controller_of,
+    count_taken,
+    deliver,
+    predicts,
+)
+from wideberth.simulation.fleet_wire import opened, packed_message
+from wideberth.simulation.predicted_fleet import decide
 from wideberth.types import FloatArray
-
-_MAGIC = b"WBF1"
-# Magic, sender, step; position, velocity, altitude wanted (down) and time; CRC-32 of all before.
-_MESSAGE = struct.Struct("<4sHI8d")
-_CHECK = struct.Struct("<I")
-MESSAGE_BYTES = _MESSAGE.size + _CHECK.size
-_MARGIN = 50  # steps that clocks and scheduling may differ
 
 
 class VehicleRecord(NamedTuple):
@@ -63,6 +68,11 @@ class FleetVehicle:
     config : FleetConfig
     number : int
         Which of the fleet's vehicles.
+
+    Raises
+    ------
+    InputError
+        If the controller does not go with its prediction.
     """
 
     def __init__(self, config: FleetConfig, number: int) -> None:
@@ -71,8 +81,17 @@ class FleetVehicle:
         self.steps, self._dt = round(config.duration_s / config.step_s), config.step_s
         self._start, self._wanted = start_states(config)
         self._x = self._start.copy()
-        self._p, self._q, self._r = controller_settings(config), vehicle_parameters(config), run_settings(config)
-        self._b = kernels.make_buffers(n, ring_length(config) + 2 * _MARGIN)
+        predicted = predicts(config)
+        self._control = controller_of(config, number) if predicted else None
+        self._p = controller_settings(config, predicted=predicted)
+        self._q, self._r = vehicle_parameters(config), run_settings(config)
+        central, ring = config.architecture == "centralised", ring_length(config) + 2 * STEPS_APART
+        self._b = kernels.make_buffers(n, ring, n + 1 if central else None)
+        self._hub = hub_kernels.make_hub(n, 2 * ring) if central else None
+        self._messages = FleetMessages(config, self._start, self._wanted)
+        self._told = np.empty((len(self._b.newest), n, TOLD))
+        if self._control is not None:
+            self._messages.tell_starts(number, self._control, self._r)
         self._results = kernels.make_results(n, 64, 0)
         kernels.reset(self._b, self._results)
         self._reasons, self._targets = np.full(n, pair.NO_REASON), np.full(n, -1)
@@ -94,42 +113,67 @@ class FleetVehicle:
             )
         if not sends:
             return None
-        body = _MESSAGE.pack(_MAGIC, self.number, step, *self._b.sent[step % len(self._b.newest), self.number])
-        return body + _CHECK.pack(zlib.crc32(body))
+        i = self.number
+        rate = math.nan if self._reasons[i] == pair.NO_REASON else float(self._commands[i])
+        return packed_message(i, step, self._messages.told(i, self._b.sent[step % len(self._b.newest), i], rate))
 
     def take(self, data: bytes, now: int) -> None:
         """Take a datagram that has come by step `now`; the configured link decides when it counts, if it does."""
-        if len(data) != MESSAGE_BYTES:
-            self.refused["wrong length"] += 1
-            return
-        body = data[: _MESSAGE.size]
-        if _CHECK.unpack_from(data, _MESSAGE.size)[0] != zlib.crc32(body):
-            self.refused["wrong check sum"] += 1
-            return
-        magic, sender, step, *values = _MESSAGE.unpack(body)
-        if magic != _MAGIC:
-            self.refused["no message of a fleet"] += 1
-        elif sender >= self._n:
+        came, i, ring = opened(data), self.number, len(self._b.newest)
+        central = self._hub is not None
+        if isinstance(came, str):
+            self.refused[came] += 1
+        elif came.command != central:
+            self.refused["not for a vehicle of this fleet"] += 1
+        elif came.vehicle >= self._n:
             self.refused["unknown sender"] += 1
-        elif sender == self.number:
+        elif central and came.vehicle != i:
+            self.refused["command to another vehicle"] += 1
+        elif not central and came.vehicle == i:
             self.refused["own number: two vehicles have it"] += 1
-        elif not now - len(self._b.newest) + _MARGIN < step < now + _MARGIN:
+        elif not now - ring + STEPS_APART < came.step < now + STEPS_APART:
             self.refused["too old or from the future"] += 1
         else:
-            self._b.sent[step % len(self._b.newest), sender] = values
+            sender = came.vehicle
+            if self._hub is not None:
+                sender = self._n
+                self._hub.sent[came.step // self._decide_every % len(self._hub.sent), i] = came.values
+            else:
+                self._told[came.step % ring, sender] = came.values
+                state = self._b.sent[came.step % ring, sender]
+                state[:] = came.values[:STATE]
+                if np.isnan(state[3:6]).all():
+                    state[3:6] = 0.0  # untold; the compiled checks want one
             kernels.carry(
-                step, now, step * self._dt, self.number, sender, self._seed, 0, self._r, self._b, self._results,
+                came.step, now, came.step * self._dt, i, sender, self._seed, 0, self._r, self._b, self._results,
                 self._scratch,
             )  # fmt: skip
 
     def act(self, step: int) -> None:
         """Take in what has arrived, decide where it is time, and fly on by one step."""
-        i = self.number
+        i, t = self.number, step * self._dt
+        if self._control is not None:
+            deliver(i, self._control, step, t, self._b.newest, self._told)
         kernels.receive(step, self._r, self._p, self._b, self._results)
-        if step % self._decide_every == 0:
+        if self._hub is not None:
+            before, rate = int(self._reasons[i]), float(self._commands[i])
+            hub_kernels.obey(
+                i, step, self._start[i], self._wanted[i], self._p[i], self._r, self._reasons, self._targets,
+                self._commands, self._b, self._hub, self._results,
+            )  # fmt: skip
+            self._events = fleet_kernels.settle(
+                i, t, before, rate, self._reasons, self._targets, self._commands, self._open, self._events,
+                self._results,
+            )  # fmt: skip
+        elif step % self._decide_every == 0 and self._control is not None:
+            self._events = decide(
+                i, self._control, t, self._wanted, self._reasons, self._targets, self._commands, self._open,
+                self._events, self._b, self._results,
+            )  # fmt: skip
+        elif step % self._decide_every == 0:
             self._events = fleet_kernels.avoid(
-                i, step * self._dt, self._start, self._wanted, self._p, self._r, self._reasons, self._targets,
-                self._commands, self._open, self._events, self._b, self._results,
+                i, t, self._start, self._wanted, self._p, self._r, self._reasons, self._targets, self._commands,
+                self._open, self._events, self._b, self._results,
             )  # fmt: skip
         self._states[step] = self._x[i]
         self._flown[step] = self._commands[i], self._reasons[i]
@@ -141,12 +185,15 @@ class FleetVehicle:
         i, rows = self.number, self._results.events
         if self._open[i] >= 0:
             rows[self._open[i], kernels.E_END] = self.steps * self._dt
+        counters = self._results.counters.copy()
+        if self._control is not None:
+            count_taken(i, self._control, counters)
         return VehicleRecord(
             self._states,
             self._flown[:, 0].copy(),
             self._flown[:, 1].copy(),
             rows[: min(self._events, len(rows))].copy(),
             max(self._events - len(rows), 0),
-            self._results.counters[i].copy(),
+            counters[i],
             dict(self.refused),
         )

@@ -31,13 +31,13 @@ lint: setup  ## style, types and the import contracts
 	$(BIN)/lint-imports
 
 # The first pass runs the kernels as plain Python: it sees what a compiler hides, and measures their coverage.
-# The kernels are compiled meanwhile, on one core.
+# The kernels are compiled meanwhile, on one core. One process more than cores: flights in real time mostly wait.
 test: setup  ## lint, the kernels' tests without the compiler, then every test
 	$(BIN)/wideberth warmup & warm=$$!; \
 	$(MAKE) --no-print-directory lint \
 	  && NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -n 2 -q -m kernels --cov --cov-report=term --durations=12; \
 	status=$$?; wait $$warm && exit $$status
-	$(BIN)/python -m pytest -n 2 --dist worksteal --durations=12
+	$(BIN)/python -m pytest -n 3 --dist worksteal --durations=12
 
 # Without BlueSky all other benchmarks still run.
 bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results
@@ -48,6 +48,7 @@ bench: setup  ## measure, beside BlueSky too; results go to benchmarks/results
 experiments: setup  ## every study in full, hours; 50 missions in a recording with TRAFFIC=... SEED=...; results go to docs/results
 	$(BIN)/wideberth warmup
 	rm -rf out/monte_carlo
+	WIDEBERTH_FULL_COUNTS=1 $(BIN)/python -m pytest -q tests/scenario/test_no_flip_flop.py tests/scenario/test_montecarlo_tiers.py
 	$(BIN)/python -m experiments.monte_carlo
 	$(BIN)/python -m experiments.radar_estimators
 	$(BIN)/python -m experiments.plot_model_fit

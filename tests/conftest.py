@@ -26,7 +26,8 @@ def _uses_kernels(module: ModuleType) -> bool:
     )
 
 
-_LONGEST = {"test_no_flip_flop.py", "test_montecarlo_tiers.py"}
+_LONGEST = {"test_no_flip_flop.py", "test_montecarlo_tiers.py", "test_flight_on_loopback.py", "test_fly_command.py"}
+_COMPILED = pytest.mark.skipif(os.environ.get("NUMBA_DISABLE_JIT") == "1", reason="takes long without the compiler")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -34,5 +35,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         module = getattr(item, "module", None)
         if isinstance(module, ModuleType) and _uses_kernels(module):
             item.add_marker("kernels")
+        if item.get_closest_marker("compiled") is not None:
+            item.add_marker(_COMPILED)
     # The longest first, or one worker waits for the other at the end.
     items.sort(key=lambda item: item.path.name not in _LONGEST)

@@ -1,6 +1,7 @@
-"""Commitment: over 1,000 random encounters maneuvers do not flip from one side to the other."""
+"""Commitment: over random encounters maneuvers do not flip from one side to the other."""
 
 import math
+import os
 from dataclasses import dataclass
 from typing import Any
 
@@ -26,7 +27,7 @@ from wideberth.units import FOOT, KNOT
 from wideberth.vehicles.config import PointMassConfig
 from wideberth.vehicles.point_mass import PointMass
 
-ENCOUNTERS = 1000
+ENCOUNTERS = 1000 if os.environ.get("WIDEBERTH_FULL_COUNTS") else 250
 DURATION = 150  # s
 SPEED = 80 * KNOT
 ALTITUDE = 900.0
@@ -111,13 +112,13 @@ def fly(seed: int, avoidance: dict[str, Any] | None = None) -> Outcome:
 
 
 @pytest.mark.skipif(bool(vars(numba.config)["DISABLE_JIT"]), reason="takes hours without the compiler")
-def test_maneuvers_do_not_flip_over_1000_encounters():
-    """Fewer than 10 of 1,000 encounters with a reversal, and no near mid-air collision.
+def test_maneuvers_do_not_flip():
+    """Fewer than 1 in 100 encounters with a reversal, and no near mid-air collision.
 
-    Measured when written: 6 with one reversal each (all of two intruders, five where the second is first heard a
-    second or two after the maneuver against the first began), 95 % Wilson interval 0.3 % to 1.3 %; none of 1,000
-    collided (upper bound 0.38 %), and the least of max(d_h / 500 ft, |d_v| / 100 ft) was 4.98. The seeds are fixed: the
-    bound is on these encounters. It takes about five CPU minutes on a busy machine.
+    Measured over 1,000 (`make experiments`): 6 with one reversal each (all of two intruders, five where the second is
+    first heard a second or two after the maneuver against the first began), 95 % Wilson interval 0.3 % to 1.3 %; none
+    collided (upper bound 0.38 %), and the least of max(d_h / 500 ft, |d_v| / 100 ft) was 4.98. The first 250 decide
+    that fewer than 3 in 100 reverse, at 95 %. The seeds are fixed: the bounds are on these encounters.
     """
     reversed_, collided = [], []
     flown = 0
@@ -128,6 +129,6 @@ def test_maneuvers_do_not_flip_over_1000_encounters():
             reversed_.append((seed, outcome.told))
         if outcome.nmac:
             collided.append((seed, outcome.least, outcome.told))
-    assert len(reversed_) < 10, reversed_
+    assert len(reversed_) < ENCOUNTERS / 100, reversed_
     assert not collided, collided
-    assert flown > 990
+    assert flown > 0.99 * ENCOUNTERS

@@ -109,6 +109,7 @@ PATH = np.array(
 )
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("make", [fillet_segments, dubins_segments])
 @pytest.mark.parametrize("wind", [(0.0, 0.0, 0.0), (3.0, -4.0, 0.0)])
@@ -126,6 +127,7 @@ def test_paths_are_tracked_also_in_wind(name: str, make: object, wind: tuple[flo
     assert np.sqrt(np.mean(np.square(errors))) < 3.5
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(("name", "turbulence"), [("aerosonde", "low_moderate"), ("zagi", "low_light")])
 def test_gusts_are_flown_through_and_repeat(name: str, turbulence: str) -> None:
     first, again = (aircraft(name, turbulence=turbulence, gust_seed=4) for _ in range(2))

@@ -155,6 +155,7 @@ def test_the_example_of_the_thesis_converges_as_its_errata_say():
     np.testing.assert_allclose(rms, [1.9, 1.9, 1.8, 2.4, 12.5, 10.8, 1.2, 6.6, 5.6], rtol=0.33)
 
 
+@pytest.mark.compiled
 @pytest.mark.parametrize(
     ("aside", "least", "most"), [((-1.0, -1.0), 22, 56), ((1.0, 1.0), 38, 80), ((1.0, -1.0), 70, 116)]
 )

@@ -103,6 +103,7 @@ def test_kernel_agrees_with_its_twin() -> None:
     assert np.isfinite(t_loss[:, 1]).sum() <= np.isfinite(t_loss[:, 0]).sum()
 
 
+@pytest.mark.compiled
 def test_missions_do_what_they_promise(reports: list[AdsbReport], found: list[FoundMission]) -> None:
     assert sum(m.passes for m in found) == 4
     for mission in found:
@@ -134,6 +135,7 @@ def test_missions_do_what_they_promise(reports: list[AdsbReport], found: list[Fo
         assert SETTINGS.duration_min <= mission.duration <= SETTINGS.duration_max
 
 
+@pytest.mark.compiled
 def test_same_seed_same_missions_and_another_seed_others(traffic: SampledTraffic, found: list[FoundMission]) -> None:
     again = search_missions(traffic, SETTINGS, 4, 3, outside=2).missions
     assert [m.t_start for m in again] == [m.t_start for m in found]
@@ -144,6 +146,7 @@ def test_same_seed_same_missions_and_another_seed_others(traffic: SampledTraffic
     assert [m.t_start for m in other] != [m.t_start for m in found[: len(other)]]
 
 
+@pytest.mark.compiled
 def test_missions_differ_from_each_other(found: list[FoundMission]) -> None:
     for i, a in enumerate(found):
         for b in found[:i]:
@@ -197,6 +200,7 @@ def test_aircraft_frozen_before_its_loss_fails_the_filter(reports: list[AdsbRepo
     assert [m.address for m in same.meetings if not m.seen] == [address]
 
 
+@pytest.mark.compiled
 def test_late_appearance_fails_the_filter() -> None:
     # Nothing is heard of any aircraft until 20 s before it gets near the middle.
     t = np.arange(280.0, 601.0)
@@ -215,6 +219,7 @@ def test_late_appearance_fails_the_filter() -> None:
                 assert meeting.seen == (heard_for >= settings.seen_time)
 
 
+@pytest.mark.compiled
 def test_mission_file_is_read_back(tmp_path: Path, found: list[FoundMission]) -> None:
     path = tmp_path / "m.csv"
     write_mission_file(path, found[0])
@@ -270,6 +275,7 @@ def trajectory_file(path: Path, reports: list[AdsbReport]) -> Path:
     return path
 
 
+@pytest.mark.compiled
 def test_command_writes_missions_and_index(tmp_path: Path, reports: list[AdsbReport]) -> None:
     source = trajectory_file(tmp_path / "sky.json", reports)
     options = [

@@ -271,6 +271,7 @@ def test_a_flood_of_plots_is_shed_and_tracks_survive():
     assert len(last) == 1 and np.linalg.norm(last[0, :3] - truth[-1, :3]) < 10.0
 
 
+@pytest.mark.compiled
 def test_many_tracks_grow_the_bank_and_the_table():
     rng = np.random.default_rng(5)
     plots, _ = radar_plots(rng, *straight_flights(rng, 60, 30, extent=2.0), range_max=1500.0)
@@ -413,6 +414,7 @@ def test_a_sensor_log_takes_velocity_from_places():
     assert not log.moves_to(0.6, np.array([1e4, 0.0, 0.0]), 400.0)
 
 
+@pytest.mark.compiled
 def test_the_state_does_not_grow_with_time():
     """Traffic that comes and goes: buffers, histories and notes stay as they are after the first lap."""
     rng = np.random.default_rng(11)

@@ -11,6 +11,7 @@ import numpy as np
 from wideberth.config import ScenarioConfig
 from wideberth.errors import InputError
 from wideberth.frames import LocalFrame
+from wideberth.part_config import PartConfig
 from wideberth.parts import Part
 from wideberth.pipeline import Pipeline
 from wideberth.sensor_watch import SensorWatch
@@ -33,6 +34,8 @@ from wideberth.simulation.simulated import SimulatedTraffic
 from wideberth.simulation.truth import Truth
 from wideberth.simulation.world import Observer, Sensor, SimWorld, TruthSource
 from wideberth.types import FloatArray, Mission
+from wideberth.vehicles.config import FixedWingConfig
+from wideberth.vehicles.mission_path import MissionPath
 
 PRE_ROLL = 10.0  # s of reports before the mission's start that the receiver still gets
 MARGIN = 60.0  # s of recorded traffic before and after the run from which the truth is made
@@ -230,10 +233,27 @@ def _recorded(
 def build_world(
     scenario: ScenarioConfig, mission: Mission, traffic: Traffic, observer: Observer | None = None
 ) -> SimWorld:
-    """Return the simulated world of a scenario; `observer` is told the true states of every sub-step."""
+    """Return the simulated world of a scenario; `observer` is told the true states of every sub-step.
+
+    Raises
+    ------
+    InputError
+        If the mission cannot be flown along the arcs that are asked for.
+    """
     wind: FloatArray = scenario.wind.vector()
     vehicle = scenario.ownship.target(scenario.ownship.config, wind)
     # Without faults the pipeline is told the true state, with a covariance of zero, as it is by the fast Monte Carlo.
     faulty = scenario.navigation != NavigationConfig()
     navigation = SimulatedNavigation(scenario.navigation, scenario.seed) if faulty else None
-    return SimWorld(mission, vehicle, traffic.truth, traffic.sensors, observer, navigation)
+    path = _mission_path(scenario.ownship.config, mission)
+    return SimWorld(mission, vehicle, traffic.truth, traffic.sensors, observer, navigation, path)
+
+
+def _mission_path(config: PartConfig, mission: Mission) -> MissionPath | None:
+    """Return the lines and arcs of a mission that is to be flown along such; None: straight legs."""
+    if not isinstance(config, FixedWingConfig) or config.path_manager == "straight":
+        return None
+    try:
+        return MissionPath(config, mission.waypoints, mission.speeds)
+    except ValueError as error:
+        raise InputError(f"ownship.path_manager {config.path_manager}: {error}") from error

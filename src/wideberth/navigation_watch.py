@@ -9,6 +9,7 @@ import math
 
 import numpy as np
 
+from wideberth.sensor_watch import without_digits
 from wideberth.tracking.config import OwnshipConfig
 from wideberth.tracking.ownship import telemetry_covariance
 from wideberth.types import Ownship
@@ -32,7 +33,7 @@ class NavigationWatch:
         self._reported = math.nan
         self._believed: Ownship | None = None
         self._jump = 0.0
-        self._kind = "ok"
+        self._state = "ok"
 
     def step(self, t: float, telemetry: Ownship) -> tuple[Ownship, tuple[str, ...]]:
         """Take the telemetry that is the latest at a step.
@@ -66,9 +67,10 @@ class NavigationWatch:
         else:
             # What telemetry says of itself, such as a lost GPS fix, is believed.
             state = f"position jumped by {self._jump:.0f} m" if self._jump else telemetry.state
-        kind = "".join(c for c in state if not c.isdigit())
-        events = (f"ownship: {state}",) if kind != self._kind else ()
-        self._kind = kind
+        events: tuple[str, ...] = ()
+        if state != self._state:
+            events = (f"ownship: {state}",) if without_digits(state) != without_digits(self._state) else ()
+            self._state = state
         return self._at(t, telemetry if self._believed is None else self._believed, state), events
 
     def _jump_size(self, telemetry: Ownship) -> float:
@@ -76,7 +78,7 @@ class NavigationWatch:
         if self._believed is None:
             return 0.0
         before, age = self._believed, telemetry.t - self._believed.t
-        off = math.dist(telemetry.position, before.position + age * before.velocity)
+        off = math.dist(telemetry.position.tolist(), (before.position + age * before.velocity).tolist())
         if off <= JUMP_LEAST:
             return 0.0
         extrapolated = telemetry_covariance(self._config, before.covariance, age)

@@ -123,11 +123,12 @@ class SensorWatch:
     def _changes(self, sensors: Mapping[str, SensorHealth]) -> list[str]:
         changes = []
         for name, health in sensors.items():
-            # Compare without the numbers, or "silent for 12 s" would be news every second.
-            kind = "".join(c for c in health.state if not c.isdigit())
-            if self._states.get(name, "ok") != kind:
-                changes.append(f"sensor {name}: {health.state}")
-            self._states[name] = kind
+            before = self._states.get(name, "ok")
+            if health.state != before:
+                # "silent for 12 s" is no news every second.
+                if without_digits(health.state) != without_digits(before):
+                    changes.append(f"sensor {name}: {health.state}")
+                self._states[name] = health.state
         return changes
 
     def _is_watched(self, t: float, ownship: Ownship, sensors: Mapping[str, SensorHealth]) -> bool:
@@ -142,6 +143,11 @@ class SensorWatch:
             if settled and sensors[name].state == "ok":
                 missing &= ~_watches(scan, points)
         return not missing.any()
+
+
+def without_digits(words: str) -> str:
+    """Return words without their numbers."""
+    return "".join(c for c in words if not c.isdigit())
 
 
 def _watches(scan: Scan, points: FloatArray) -> NDArray[np.bool_]:

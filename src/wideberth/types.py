@@ -1,6 +1,7 @@
 """The data that flows through the corridor: frozen values in SI units, radians and the local frame of `frames`."""
 
 import enum
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
@@ -55,7 +56,7 @@ class Ownship:
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity"):
-            if not np.isfinite(getattr(self, name)).all():
+            if not all(map(math.isfinite, getattr(self, name))):
                 raise ValueError(f"ownship {name} is not finite: {getattr(self, name)}")
 
 

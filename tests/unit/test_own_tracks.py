@@ -6,7 +6,7 @@ import numpy as np
 
 from tests.unit.test_pipeline import MISSION, FakeDetector, FakePlanner, FakeTracker, ownship, pipeline, scan, track
 from wideberth.tracking.lost_traffic import LostTraffic
-from wideberth.tracking.own_tracks import HOLD_RADIUS, NEWBORN, NEWS, OwnTracks
+from wideberth.tracking.own_tracks import HOLD_RADIUS, MOTION_UNKNOWN, NEWBORN, NEWS, SECOND_ECHO, OwnTracks
 from wideberth.types import AlertLevel
 
 ORIGIN = np.zeros(3)
@@ -130,6 +130,46 @@ def test_a_newborn_track_without_news_stays_ours_when_another_one_is_found():
     stale = dataclasses.replace(at(0.1, 4.0), t_last_update=first.t_last_update)
     assert newborn(own, stale, at(0.1, 2.0, True, "8")) == [True, True]
     assert newborn(own, at(0.2, 4.0), at(0.2, 2.0, True, "8")) == [False, True]
+
+
+def test_a_newborn_track_takes_the_place_of_ours_that_flies_on_without_news():
+    own = OwnTracks()
+    assert newborn(own, at(0.0, 2.0, True)) == [True]
+
+    def silent(t, found=True):
+        return dataclasses.replace(at(t, 15.0, found), t_last_update=0.0)
+
+    # Telemetry still explains the one that flies on, ever more uncertain: it has no plots, as the new one has them.
+    assert newborn(own, silent(0.5), at(0.5, 5.0, name="8")) == [True, True]
+    assert newborn(own, silent(2.0), at(2.0, 5.0, name="8")) == [True, True]
+    for t in (NEWBORN + 1.0, NEWBORN + 30.0):
+        assert newborn(own, silent(t), at(t, HOLD_RADIUS - 1.0, name="8")) == [True, True]
+    # It is held by no more than any that was ours.
+    assert newborn(own, silent(40.0), at(40.0, HOLD_RADIUS + 1.0, name="8")) == [True, False]
+
+
+def test_a_track_that_begins_beside_ours_with_news_is_not_ours_for_having_lived():
+    own = OwnTracks()
+    for t in (0.0, 1.0, NEWBORN, 3 * NEWBORN):
+        assert newborn(own, at(t, 2.0, True), at(t, 10.0, name="8")) == [True, False]
+
+
+def test_a_second_echo_of_ours_is_ours_before_anything_is_known_of_its_motion():
+    vague = np.diag([400.0] * 3 + [(MOTION_UNKNOWN + 1.0) ** 2] * 3 + [1.0] * 3)
+
+    def second(t, distance=10.0, covariance=vague, name="8"):
+        return dataclasses.replace(at(t, distance, name=name), covariance=covariance)
+
+    own = OwnTracks()
+    assert newborn(own, at(0.0, 2.0, True), second(0.0), second(0.0, HOLD_RADIUS + 1.0, name="9")) == [
+        True,
+        True,
+        False,
+    ]
+    # Known, or alive for longer, it is somebody else.
+    assert newborn(own, at(0.1, 2.0, True), second(0.1, covariance=np.eye(9))) == [True, False]
+    assert newborn(own, at(0.2, 2.0, True), second(0.2)) == [True, True]
+    assert newborn(own, at(SECOND_ECHO, 2.0, True), second(SECOND_ECHO)) == [True, False]
 
 
 def test_what_only_receivers_tell_of_is_not_ours_for_being_newborn():

@@ -63,19 +63,24 @@ class PathCylinderDetector:
             Times along the path; `interval` is from the first entry to when the intruder is out again. Closest point
             and probability are those of straight flight of the intruder, also where `motion` says otherwise.
         """
+        if not tracks:
+            return ()
         flown = self._path(t, ownship, path)
         threats: list[Threat | None] = []
         judged: list[tuple[Track, FloatArray]] = []
-        for track in tracks:
-            state = _state_of(track)
+        doubts: list[FloatArray] = []
+        states, covariances = _states_of(tracks), _covariances_of(tracks)
+        known = np.logical_and(np.isfinite(states).all(axis=1), np.isfinite(covariances).all(axis=(1, 2)))
+        for i, track in enumerate(tracks):
             if track.is_ownship:
                 threats.append(_without_state(track, 0.0, AlertLevel.CLEAR))
-            elif not (np.isfinite(state).all() and np.isfinite(track.covariance).all()):
+            elif not known[i]:
                 threats.append(_without_state(track, math.nan, AlertLevel.UNKNOWN))
             else:
                 threats.append(None)
-                judged.append((track, state))
-        found = iter(self._threats(t, flown, ownship, judged) if judged else ())
+                judged.append((track, states[i]))
+                doubts.append(_covariance_at(t, track.t, covariances[i]))
+        found = iter(self._threats(t, flown, ownship, judged, doubts) if judged else ())
         return tuple(next(found) if threat is None else threat for threat in threats)
 
     def conflicts(
@@ -83,7 +88,8 @@ class PathCylinderDetector:
     ) -> tuple[PathConflict, ...]:
         """Return flags and times by segment of the path for every track, whose states must be finite; see `assess`."""
         flown = self._path(t, ownship, path)
-        return tuple(self._conflicts(t, flown, [(track, _state_of(track)) for track in tracks]))
+        judged = list(zip(tracks, _states_of(tracks), strict=True))
+        return tuple(self._conflicts(t, flown, judged, *_straight_on(t, judged))) if judged else ()
 
     def _path(self, t: float, ownship: Ownship, path: Mission | Maneuver | None) -> CheckedPath:
         config = self._config
@@ -93,9 +99,13 @@ class PathCylinderDetector:
             points, speeds = path.waypoints[path.index :], path.speeds[path.index :]
         elif path is not None:
             ahead = path.times > t
-            points = path.waypoints[ahead]
-            lengths = np.linalg.norm(np.diff(points, axis=0, prepend=position[None]), axis=1)
-            speeds = lengths / np.diff(path.times[ahead], prepend=t)
+            points, times = path.waypoints[ahead], path.times[ahead]
+            legs, durations = np.array(points, float), np.array(times, float)
+            legs[:1] -= position
+            legs[1:] -= points[:-1]
+            durations[:1] -= t
+            durations[1:] -= times[:-1]
+            speeds = np.sqrt((legs * legs).sum(axis=1)) / durations
         if not len(points):
             speed = float(np.linalg.norm(velocity))
             ahead_of_it = velocity * config.lookahead_s if speed > 0.0 else np.array([1.0, 0.0, 0.0])
@@ -110,11 +120,18 @@ class PathCylinderDetector:
             config.beyond == "hover",
         )
 
-    def _conflicts(self, t: float, path: CheckedPath, judged: Sequence[tuple[Track, FloatArray]]) -> list[PathConflict]:
-        """Return flags and times of tracks with their states (9,)."""
+    def _conflicts(
+        self,
+        t: float,
+        path: CheckedPath,
+        judged: Sequence[tuple[Track, FloatArray]],
+        positions: FloatArray,
+        velocities: FloatArray,
+    ) -> list[PathConflict]:
+        """Return flags and times of tracks with their states (9,), and those at `t` of straight flight."""
         config = self._config
         if config.motion == "constant_velocity":
-            return path_conflicts(path, *_straight_on(t, judged)) if judged else []
+            return path_conflicts(path, positions, velocities)
         found = []
         for track, state in judged:
             begin = turning_state(state[:3], state[3:6], state[6:]) if config.motion == "turning" else state
@@ -128,11 +145,16 @@ class PathCylinderDetector:
         return found
 
     def _threats(
-        self, t: float, path: CheckedPath, ownship: Ownship, judged: Sequence[tuple[Track, FloatArray]]
+        self,
+        t: float,
+        path: CheckedPath,
+        ownship: Ownship,
+        judged: Sequence[tuple[Track, FloatArray]],
+        doubts: Sequence[FloatArray],
     ) -> list[Threat]:
         config = self._config
-        conflicts = self._conflicts(t, path, judged)
         positions, velocities = _straight_on(t, judged)
+        conflicts = self._conflicts(t, path, judged, positions, velocities)
         closest, chances = np.empty((len(judged), 3)), np.empty(len(judged))
         cylinder_kernels.path_closest_all(
             path.own_position, path.speeds, path.waypoints, positions, velocities, config.lookahead_s, closest
@@ -143,7 +165,7 @@ class PathCylinderDetector:
             path.waypoints,
             positions,
             velocities,
-            np.array([_covariance_at(t, track) for track, _ in judged]) + ownship.covariance,
+            np.array(doubts) + ownship.covariance,
             config.lookahead_s,
             path.radius,
             path.half_height,
@@ -174,9 +196,17 @@ class PathCylinderDetector:
         return Threat(track.id, t_cpa, d_cpa, h_cpa, entry, (entry, min(leaves, config.lookahead_s)), chance, level)
 
 
-def _state_of(track: Track) -> FloatArray:
-    """Return position, velocity and acceleration (9,)."""
-    return np.concatenate((track.position, track.velocity, track.acceleration), dtype=np.float64)
+def _states_of(tracks: Sequence[Track]) -> FloatArray:
+    """Return position, velocity and acceleration of each, (k, 9)."""
+    if not tracks:
+        return np.empty((0, 9))
+    parts = [part for track in tracks for part in (track.position, track.velocity, track.acceleration)]
+    return np.concatenate(parts, dtype=np.float64).reshape(len(tracks), 9)
+
+
+def _covariances_of(tracks: Sequence[Track]) -> FloatArray:
+    """Return the covariance of each, (k, 9, 9)."""
+    return np.array([track.covariance for track in tracks], np.float64).reshape(-1, 9, 9)
 
 
 def _straight_on(t: float, judged: Sequence[tuple[Track, FloatArray]]) -> tuple[FloatArray, FloatArray]:
@@ -186,13 +216,13 @@ def _straight_on(t: float, judged: Sequence[tuple[Track, FloatArray]]) -> tuple[
     return states[:, :3] + states[:, 3:6] * ages[:, None], states[:, 3:6].copy()
 
 
-def _covariance_at(t: float, track: Track) -> FloatArray:
-    """Return the covariance (6, 6) of position and velocity at `t`."""
-    covariance = np.array(track.covariance[:6, :6], float)
-    if track.t == t:
+def _covariance_at(t: float, t_track: float, covariance: FloatArray) -> FloatArray:
+    """Return the covariance (6, 6) of position and velocity at `t` of a track with such a one (9, 9)."""
+    covariance = covariance[:6, :6]
+    if t_track == t:
         return covariance
     straight = np.eye(6)
-    straight[:3, 3:] = (t - track.t) * np.eye(3)
+    straight[:3, 3:] = (t - t_track) * np.eye(3)
     return np.asarray(straight @ covariance @ straight.T)
 
 

@@ -109,7 +109,8 @@ class RunMetrics:
             The intruders' true states; None where nobody knows them.
         """
         if self._last_position is not None:
-            self._path_length += float(np.linalg.norm(own_position - self._last_position))
+            moved = own_position - self._last_position
+            self._path_length += math.sqrt(moved @ moved)
         self._last_position = np.array(own_position)
         if math.isnan(self._t_first):
             self._t_first = t

@@ -70,7 +70,8 @@ class SimulatedTraffic:
             return Truth.empty(t)
         # Sensors, scores and recording ask for the same instant.
         if self._last.t != t:
-            states = np.stack([flight.state(t - self._t_start) for flight in self._flights])
+            flown = [flight.state(t - self._t_start) for flight in self._flights]
+            states = np.concatenate(flown).reshape(len(flown), 6)
             self._last = Truth(t, self.ids, states[:, :3], states[:, 3:])
         return self._last
 

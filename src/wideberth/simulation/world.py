@@ -10,6 +10,7 @@ import numpy as np
 from wideberth.simulation.truth import Truth
 from wideberth.types import FloatArray, Maneuver, Mission, Ownship, Scan
 from wideberth.vehicles import kernels
+from wideberth.vehicles.mission_path import MissionPath
 from wideberth.vehicles.point_mass import PointMass
 
 SUB_STEP = 0.1  # s, of motion and of scoring, whatever the pipeline's step
@@ -76,6 +77,9 @@ class SimWorld:
         most 0.1 s: ``observer(t, position, velocity, truth)``.
     navigation : Navigation, optional
         What the pipeline is told; guidance flies by the true state. By default the pipeline is told that too.
+    path : MissionPath, optional
+        The mission's lines and arcs; by default its straight legs are flown, turns anticipated. After a maneuver they
+        are flown straight up to the next waypoint, from where the path goes on.
     """
 
     def __init__(
@@ -86,8 +90,11 @@ class SimWorld:
         sensors: Sequence[Sensor],
         observer: Observer | None = None,
         navigation: Navigation | None = None,
+        path: MissionPath | None = None,
     ) -> None:
         self.vehicle = vehicle
+        self._path = path
+        self._on_path = path is not None
         self.traffic = traffic
         self._sensors = tuple(sensors)
         self._observer = observer
@@ -103,6 +110,8 @@ class SimWorld:
         self._t = mission.t_start
         self._path_length = 0.0
         self._command = np.zeros(3)
+        if path is not None:
+            path.join(self._index)
         self._maneuver: Maneuver | None = None
         self._maneuver_params = vehicle.params.copy()
         self._maneuver_params[kernels.P_CAPTURE] = math.inf
@@ -115,7 +124,9 @@ class SimWorld:
     @property
     def mission(self) -> Mission:
         """The mission with its progress."""
-        return dataclasses.replace(self._mission, index=self._index)
+        if self._mission.index != self._index:
+            self._mission = dataclasses.replace(self._mission, index=self._index)
+        return self._mission
 
     @property
     def done(self) -> bool:
@@ -199,22 +210,37 @@ class SimWorld:
         maneuver = self._maneuver
         if maneuver is not None and self._t >= maneuver.valid_until:
             maneuver = self._maneuver = None
+        command = self._command
         if maneuver is None:
-            self._index = kernels.follow_path(
-                x, self._waypoints, self._speeds, self._index, vehicle.params, vehicle.wind, self._command
-            )
+            command = self._fly_mission()
         else:
+            self._on_path = False
             self._follow(maneuver)
             n = len(self._waypoints)
             while self._index < n and kernels.waypoint_passed(
                 x, self._waypoints, self._index, vehicle.params, vehicle.wind
             ):
                 self._index += 1
-        before = x[:3].copy()
-        vehicle.step(self._command, t - self._t)
-        self._path_length += math.dist(before, x[:3])
+        before = x[:3].tolist()
+        vehicle.step(command, t - self._t)
+        self._path_length += math.dist(before, x[:3].tolist())
         self._t = t
         self._observe()
+
+    def _fly_mission(self) -> FloatArray:
+        """Return the command that flies the mission, and note what of it is passed."""
+        vehicle = self.vehicle
+        if self._path is not None and self._on_path:
+            command, self._index = self._path.command(vehicle)
+            return command
+        before = self._index
+        self._index = kernels.follow_path(
+            vehicle.state, self._waypoints, self._speeds, before, vehicle.params, vehicle.wind, self._command
+        )
+        if self._path is not None and self._index > before:
+            self._on_path = True
+            self._path.join(self._index)
+        return self._command
 
     def _follow(self, maneuver: Maneuver) -> None:
         vehicle, config = self.vehicle, self.vehicle.config

@@ -6,8 +6,15 @@ from collections.abc import Collection, Sequence
 
 from wideberth.types import FloatArray, Track
 
-NEWBORN = 4.0
-"""For so long a track that begins within `HOLD_RADIUS` of the ownship may be its own, s."""
+NEWBORN = 6.0
+"""For so long a track that begins within `HOLD_RADIUS` of the ownship may be its own, s: the test of telemetry has then
+forgotten its first states."""
+
+SECOND_ECHO = 1.0
+"""For so long it may be beside another track that is the ownship's, s, if nothing is known of its motion."""
+
+MOTION_UNKNOWN = 10.0
+"""Nothing is known of a motion with a larger standard deviation of the velocity, m/s."""
 
 HOLD_RADIUS = 30.0
 """A track that was the ownship's stays so this near to it, m, unless another track is found to be the ownship's."""
@@ -30,7 +37,9 @@ class OwnTracks:
 
     A radar that stands elsewhere sees the ownship and begins a track of it, whose first states may be too poor for
     telemetry to explain them. So one that begins within `HOLD_RADIUS` is taken as the ownship's for `NEWBORN` seconds,
-    while no track with news as late is.
+    while no track with news as late is; beside one with news, which two plots of the ownship in one scan can begin, for
+    `SECOND_ECHO` seconds at most, before anything is known of its motion. If the ownship's track flies on without news
+    meanwhile, the new one has its plots: it takes its place, as one that was the ownship's.
     """
 
     def __init__(self) -> None:
@@ -62,15 +71,21 @@ class OwnTracks:
         receivers : collection of str
             Names of the sensors that hear ADS-B: what they alone tell of is not the ownship for being newborn.
         """
-        found = any(track.is_ownship for track in tracks)
-        distances = [math.dist(track.position, own_position) for track in tracks]
-        newborn = self._newborn(tracks, distances, own_position, sure, radars)
+        found_updated = [track.t_last_update for track in tracks if track.is_ownship]
+        place = own_position.tolist()
+        distances = [math.dist(track.position.tolist(), place) for track in tracks]
+        own_news = max(
+            (track.t_last_update for track in tracks if track.is_ownship or track.id in self._updated), default=None
+        )
+        newborn = self._newborn(tracks, distances, own_position, sure, radars, own_news)
         # Only an echo can be: what is only heard has told who it is.
         newborn -= {track.id for track in tracks if track.sources and set(track.sources) <= set(receivers)}
         before, self._updated = self._updated, {}
         marked = []
         for track, distance in zip(tracks, distances, strict=True):
             was = track.id in before
+            # One that flies on without news is found to be ours for want of plots: they may be this track's.
+            found = any(t >= track.t_last_update - SILENT for t in found_updated)
             updated, news = before.get(track.id, (track.t_last_update, 0))
             if track.t_last_update != updated:
                 flew_on = news > 0 or track.t_last_update - updated > SILENT
@@ -83,6 +98,8 @@ class OwnTracks:
                 self._updated[track.id] = (track.t_last_update, 0) if ours else (updated, news)
             if track.id in newborn:
                 own, self._newborn_updated[track.id] = True, track.t_last_update
+                if own_news is not None and track.t_last_update - own_news > SILENT:
+                    self._updated[track.id] = (track.t_last_update, 0)
             # Without news it is still nobody else.
             own = own or self._newborn_updated.get(track.id) == track.t_last_update
             marked.append(dataclasses.replace(track, is_ownship=True) if own and not track.is_ownship else track)
@@ -95,11 +112,12 @@ class OwnTracks:
         own_position: FloatArray,
         sure: bool,
         radars: Sequence[FloatArray],
+        own_news: float | None,
     ) -> set[str]:
-        """Return the tracks that have just begun at the ownship, with later news than those that are the ownship's."""
+        """Return the tracks that have just begun at the ownship and may be its own, whose known ones had `own_news`."""
         # A radar on board never sees the ownship: what begins near it there is somebody else.
-        if sure and any(math.dist(radar, own_position) > HOLD_RADIUS for radar in radars):
-            self._seen_from_elsewhere = True
+        if sure and not self._seen_from_elsewhere:
+            self._seen_from_elsewhere = any(math.dist(radar, own_position) > HOLD_RADIUS for radar in radars)
         self._began = {
             track.id: self._began.get(track.id, (track.t, distance <= HOLD_RADIUS))
             for track, distance in zip(tracks, distances, strict=True)
@@ -107,13 +125,16 @@ class OwnTracks:
         self._newborn_updated = {name: t for name, t in self._newborn_updated.items() if name in self._began}
         if not (self._seen_from_elsewhere and sure):
             return set()
-        own = (track.t_last_update for track in tracks if track.is_ownship or track.id in self._updated)
-        news = max(own, default=-math.inf)
-        return {
-            track.id
-            for track, distance in zip(tracks, distances, strict=True)
-            if self._began[track.id][1]
-            and distance <= HOLD_RADIUS
-            and track.t - self._began[track.id][0] < NEWBORN
-            and track.t_last_update > news
-        }
+        newborn = set()
+        for track, distance in zip(tracks, distances, strict=True):
+            began, near = self._began[track.id]
+            if near and distance <= HOLD_RADIUS and track.t - began < NEWBORN:
+                later = own_news is None or track.t_last_update > own_news
+                if later or (track.t - began < SECOND_ECHO and _is_motion_unknown(track)):
+                    newborn.add(track.id)
+        return newborn
+
+
+def _is_motion_unknown(track: Track) -> bool:
+    """Return whether a track says next to nothing of its velocity."""
+    return bool(max(track.covariance[i, i] for i in range(3, 6)) > MOTION_UNKNOWN**2)

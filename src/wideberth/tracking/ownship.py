@@ -70,7 +70,8 @@ def telemetry_covariance(config: OwnshipConfig, reported: FloatArray | None = No
     sh, sv = config.velocity_sigma_mps, config.vertical_velocity_sigma_mps
     covariance = np.zeros((6, 6))
     covariance.reshape(36)[::7] = h * h, h * h, v * v, sh * sh, sh * sh, sv * sv
-    if reported is not None and np.isfinite(reported).all() and (reported.diagonal() >= 0.0).all():
+    # All zero it says nothing, as simulated telemetry without error.
+    if reported is not None and reported.any() and np.isfinite(reported).all() and (reported.diagonal() >= 0.0).all():
         unsaid = reported.diagonal() == 0.0
         covariance = np.where(unsaid[:, None] | unsaid, covariance, reported)
     if age_s:

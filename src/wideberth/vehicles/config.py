@@ -87,6 +87,11 @@ class FixedWingConfig(PartConfig):
     turbulence : str
         Dryden gusts: ``none``, or those at 50 m (``low_light``, ``low_moderate``) or 600 m (``medium_...``).
     gust_seed : int
+    path_manager : str
+        How a scenario's mission is flown: ``straight`` legs, the turns anticipated; ``fillet``, an arc inside each
+        corner; ``dubins``, over each waypoint with the course of the leg that follows.
+    turn_radius_m : float, optional
+        Of those arcs, which need it: at least that of the bank limit at the mission's speeds.
     """
 
     aircraft: Literal["aerosonde", "zagi"] = "aerosonde"
@@ -94,6 +99,8 @@ class FixedWingConfig(PartConfig):
     air_density_kgm3: float = Field(default=1.2682, gt=0.5, lt=1.6)
     turbulence: Turbulence = "none"
     gust_seed: int = Field(default=0, ge=0)
+    path_manager: Literal["straight", "fillet", "dubins"] = "straight"
+    turn_radius_m: float | None = Field(default=None, gt=0)
     speed_min_mps: float = Field(gt=0)
     speed_max_mps: float = Field(gt=0)
     speed_time_constant_s: float = Field(default=2.0, gt=0)
@@ -121,6 +128,14 @@ class FixedWingConfig(PartConfig):
     @model_validator(mode="after")
     def _limits_in_order(self) -> Self:
         _check_limits(self.speed_min_mps, self.speed_max_mps, self.climb_rate_max_mps, self.sink_rate_max_mps)
+        return self
+
+    @model_validator(mode="after")
+    def _arcs_have_a_radius(self) -> Self:
+        if self.path_manager == "straight" and self.turn_radius_m is not None:
+            raise ValueError('turn_radius_m is of arcs: set path_manager = "fillet" or "dubins", or leave it out')
+        if self.path_manager != "straight" and self.turn_radius_m is None:
+            raise ValueError(f'path_manager = "{self.path_manager}" needs turn_radius_m')
         return self
 
 

@@ -47,7 +47,8 @@ S_NORMAL_NORTH, S_NORMAL_EAST = 7, 8  # of the half-plane there; it points ahead
 S_LENGTH = 9  # m
 S_ALTITUDE, S_END_ALTITUDE = 10, 11  # m, linear in between
 S_SPEED = 12  # ground speed, m/s
-N_COLUMNS = 13
+S_WAYPOINT = 13  # number of the waypoint that it leads to, or rounds
+N_COLUMNS = 14
 
 K_ORBIT = 4.0  # of the source
 

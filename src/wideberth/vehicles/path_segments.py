@@ -33,6 +33,8 @@ def straight_segments(waypoints: FloatArray, speeds: FloatArray) -> FloatArray:
     """
     points, wanted = _checked(waypoints, speeds)
     rows = [_line(a, b, v) for a, b, v in zip(points[:-1], points[1:], wanted[1:], strict=True)]
+    for i, row in enumerate(rows):
+        row[gk.S_WAYPOINT] = i + 1
     for row, after in itertools.pairwise(rows):
         normal = _direction(row[gk.S_COURSE]) + _direction(after[gk.S_COURSE])
         length = math.hypot(*normal)
@@ -69,10 +71,12 @@ def fillet_segments(waypoints: FloatArray, speeds: FloatArray, radius: float) ->
     for i, (course, length) in enumerate(zip(courses, lengths, strict=True)):
         start, end = _between(points[i], points[i + 1], cuts[i] / length, 1.0 - cuts[i + 1] / length)
         rows.append(_line(start, end, wanted[i + 1], course))
+        rows[-1][gk.S_WAYPOINT] = i + 1
         if i < len(turns) and abs(turns[i]) > 1e-6:
             (after, _) = _between(points[i + 1], points[i + 2], cuts[i + 1] / lengths[i + 1], 1.0)
             turn = math.copysign(1.0, turns[i])
             rows.append(_arc(end, course, turn, abs(turns[i]), radius, after[2], wanted[i + 2]))
+            rows[-1][gk.S_WAYPOINT] = i + 1
     return np.stack([row for row in rows if row[gk.S_LENGTH] > 1e-6])
 
 
@@ -104,7 +108,10 @@ def dubins_segments(
         raise ValueError(f"one finite course for each of the {len(points)} waypoints is needed, not {courses}")
     rows: list[FloatArray] = []
     for i in range(len(points) - 1):
-        rows += _dubins(points[i], at[i], points[i + 1], at[i + 1], radius, wanted[i + 1])
+        pieces = _dubins(points[i], at[i], points[i + 1], at[i + 1], radius, wanted[i + 1])
+        for row in pieces:
+            row[gk.S_WAYPOINT] = i + 1
+        rows += pieces
     return np.stack(rows)
 
 

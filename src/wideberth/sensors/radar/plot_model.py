@@ -13,6 +13,7 @@ of the direction cosine. Losses, factors and floors are `PlotModelConfig`.
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,8 +24,8 @@ from wideberth.sensors.radar.detection import threshold
 from wideberth.sensors.radar.link_budget import averaging_gain_db, lobe_loss_db, snr_db
 from wideberth.sensors.radar.processing.thresholds import per_cell
 from wideberth.sensors.radar.range_cells import (
+    BinShares,
     beat_bins,
-    bin_shares,
     cells_searched,
     false_plot_probability,
     group_probability,
@@ -70,32 +71,70 @@ def plot_sigmas(
     ndarray, shape (k, 4)
         Range, m; azimuth and elevation, or angle of the cone and NaN, rad; range rate, m/s.
     """
-    root = 1.0 / np.sqrt(np.maximum(total, _LEAST_RATIO))
-    sigma = np.full((len(azimuth), 4), np.nan)
-    sigma[:, 0] = config.range_bin * np.hypot(model.range_error_factor * TONE_BINS * root, model.range_floor_bins)
-    spacing = config.element_spacing_wavelengths
-    right, down = (
-        np.hypot(
-            model.direction_error_factor * _cosine_bound(n, spacing) * root,
-            model.direction_floor_beamwidths * HALF_POWER_WIDTH / (n * spacing),
+    return PlotErrors(config, model)(azimuth, elevation, total)
+
+
+class PlotErrors:
+    """`plot_sigmas` of one radar, for many plots one after another.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    model : PlotModelConfig
+    """
+
+    def __init__(self, config: RadarConfig, model: PlotModelConfig) -> None:
+        self._range_bin = config.range_bin
+        self._range = model.range_error_factor * TONE_BINS, model.range_floor_bins
+        spacing = config.element_spacing_wavelengths
+        self._right, self._down = (
+            (
+                model.direction_error_factor * _cosine_bound(n, spacing),
+                model.direction_floor_beamwidths * HALF_POWER_WIDTH / (n * spacing),
+            )
+            for n in (config.array_columns, config.array_rows)
         )
-        for n in (config.array_columns, config.array_rows)
-    )
-    least = math.cos(math.radians(model.grazing_limit_deg))
-    if config.array_rows == 1:
-        sideways = np.cos(elevation) * np.sin(azimuth)
-        sigma[:, 1] = right / np.maximum(np.sqrt(1.0 - sideways**2), least)
-    else:
-        sigma[:, 1] = right / np.maximum(np.cos(elevation) * np.abs(np.cos(azimuth)), least)
-        sigma[:, 2] = down / np.maximum(np.cos(elevation), least)
-    bins = np.hypot(model.range_rate_error_factor * TONE_BINS * root, model.range_rate_floor_bins)
-    sigma[:, 3] = bins * config.wavelength / (2.0 * config.averages * config.sweep_interval)
-    return sigma
+        self._cone = config.array_rows == 1
+        self._least = math.cos(math.radians(model.grazing_limit_deg))
+        self._rate = model.range_rate_error_factor * TONE_BINS, model.range_rate_floor_bins
+        self._wavelength, self._twice_frame = config.wavelength, 2.0 * config.averages * config.sweep_interval
+
+    def __call__(self, azimuth: FloatArray, elevation: FloatArray, total: FloatArray) -> FloatArray:
+        """Return the standard deviations: see `plot_sigmas`."""
+        root = 1.0 / np.sqrt(np.maximum(total, _LEAST_RATIO))
+        sigma = np.empty((len(azimuth), 4))
+        sigma[:, 0] = self._range_bin * _root_of_squares(self._range, root)
+        right, level = _root_of_squares(self._right, root), np.cos(elevation)
+        if self._cone:
+            sideways = level * np.sin(azimuth)
+            sigma[:, 1] = right / np.maximum(np.sqrt(1.0 - sideways**2), self._least)
+            sigma[:, 2] = math.nan
+        else:
+            sigma[:, 1] = right / np.maximum(level * np.abs(np.cos(azimuth)), self._least)
+            sigma[:, 2] = _root_of_squares(self._down, root) / np.maximum(level, self._least)
+        sigma[:, 3] = _root_of_squares(self._rate, root) * self._wavelength / self._twice_frame
+        return sigma
+
+
+def _root_of_squares(parts: tuple[float, float], root: FloatArray) -> FloatArray:
+    """Return the error that falls with the ratio's root, and the floor, in squares."""
+    return np.asarray(np.hypot(parts[0] * root, parts[1]))
 
 
 def _cosine_bound(elements: int, spacing: float) -> float:
     """Return the standard deviation of a direction cosine at a ratio of 1; one element alone tells none."""
     return math.sqrt(6.0 / (elements**2 - 1.0)) / (2.0 * math.pi * spacing) if elements > 1 else math.inf
+
+
+class _Echoes(NamedTuple):
+    """Echoes of a look, each array (k,): number of the aircraft (-1: none), place (k, 3), range rate, direction."""
+
+    leader: NDArray[np.int64]
+    place: FloatArray
+    rate: FloatArray
+    distance: FloatArray
+    azimuth: FloatArray
+    elevation: FloatArray
 
 
 class PlotModel:
@@ -119,6 +158,12 @@ class PlotModel:
         self._sums = config.channels * config.averages
         # A whole radar's budget on boresight; distance, cross-section, direction and speed are what changes.
         self._snr_at_a_metre_db = float(snr_db(1.0, 1.0, config))
+        self._errors = PlotErrors(config, self._model)
+        self._cone = config.array_rows == 1
+        self._range_bin = config.range_bin
+        self._reach = config.range_min_m, config.range_limit
+        self._bias = self._model.range_bias_bins * self._range_bin
+        self._shares = BinShares(config)
         self._kept = 10.0 ** (-self._model.processing_loss_db / 10.0)
         first, last = config.range_min_m / config.range_bin, config.range_limit / config.range_bin
         self._bins = np.arange(math.ceil(first), math.floor(last) + 1)
@@ -131,7 +176,7 @@ class PlotModel:
             self._p_fa = 0.0
         elements, spacing = (config.array_columns, config.array_rows), config.element_spacing_wavelengths
         # One element alone tells no direction, and separates none.
-        self._beamwidths = [HALF_POWER_WIDTH / (n * spacing) if n > 1 else math.inf for n in elements]
+        self._beamwidths = np.array([HALF_POWER_WIDTH / (n * spacing) if n > 1 else math.inf for n in elements])
         bins, widths = _RESOLUTION[config.processing.beamformer]
         self._resolution = (
             bins if self._model.resolution_bins is None else self._model.resolution_bins,
@@ -173,22 +218,29 @@ class PlotModel:
         fluctuation, noise = self._fluctuation(random, len(positions)), random.standard_normal((len(positions), 4))
         distance, azimuth, elevation = polar(positions)
         seen = np.flatnonzero(self._visible(distance, azimuth, elevation))
-        snr = self._ratio(distance[seen], azimuth[seen], elevation[seen], rcs_m2[seen]) * fluctuation[seen]
-        leader, place, rate, snr = self._merged(random, seen, positions[seen], range_rates[seen], snr)
-        hit = self._detected(random, place, rate, snr)
+        echoes = _Echoes(seen, positions[seen], range_rates[seen], distance[seen], azimuth[seen], elevation[seen])
+        snr = self._ratio(echoes.distance, echoes.azimuth, echoes.elevation, rcs_m2[seen]) * fluctuation[seen]
+        echoes, snr = self._merged(random, echoes, snr)
+        hit = np.flatnonzero(self._detected(random, echoes.distance, echoes.rate, snr))
+        n, total = len(hit), self._sums * snr[hit]
+        plots = _Echoes._make(column[hit] for column in echoes)
         false, false_rate, false_total = self._false_echoes(random, burst, self._p_fa)
-        places, rates = np.concatenate([place[hit], false]), np.concatenate([rate[hit], false_rate])
-        totals = np.concatenate([self._sums * snr[hit], false_total])
-        z, sigma = self._measured(places, rates, totals)
-        n = int(np.count_nonzero(hit))
-        z[:n] += self._bias(rates[:n]) + sigma[:n] * noise[leader[hit]]
+        if len(false):
+            columns = (np.full(len(false), -1), false, false_rate, *polar(false))
+            plots = _Echoes._make(np.concatenate(pair) for pair in zip(plots, columns, strict=True))
+            total = np.concatenate([total, false_total])
+        z, sigma = self._measured(plots, total)
+        error = sigma[:n] * noise[plots.leader[:n]]
+        error[:, 0] += self._bias + self._coupling * plots.rate[:n]
+        z[:n] += error
         self._fold(z)
         order = random.permutation(len(z))
         return z[order], sigma[order] ** 2
 
     def burst(self, random: np.random.Generator, n: int) -> tuple[FloatArray, FloatArray]:
         """Return `n` false plots just at the threshold, as `look` gives plots."""
-        z, sigma = self._measured(*self._false_echoes(random, n, 0.0))
+        place, rate, total = self._false_echoes(random, n, 0.0)
+        z, sigma = self._measured(_Echoes(np.full(len(place), -1), place, rate, *polar(place)), total)
         return z, sigma**2
 
     def visible(self, positions: FloatArray) -> NDArray[np.bool_]:
@@ -196,8 +248,7 @@ class PlotModel:
         return self._visible(*polar(positions))
 
     def _visible(self, distance: FloatArray, azimuth: FloatArray, elevation: FloatArray) -> NDArray[np.bool_]:
-        c = self._config
-        inside = (distance >= c.range_min_m) & (distance <= c.range_limit)
+        inside = (distance >= self._reach[0]) & (distance <= self._reach[1])
         return inside & (np.abs(azimuth) <= self.field_of_view[0]) & (np.abs(elevation) <= self.field_of_view[1])
 
     def ratio(self, positions: FloatArray, rcs_m2: FloatArray) -> FloatArray:
@@ -240,7 +291,7 @@ class PlotModel:
         return self._sigmas(azimuth, elevation, total)
 
     def _sigmas(self, azimuth: FloatArray, elevation: FloatArray, total: FloatArray) -> FloatArray:
-        sigma = plot_sigmas(self._config, self._model, azimuth, elevation, total)
+        sigma = self._errors(azimuth, elevation, total)
         if not self._config.range_rate:
             sigma[:, 3] = np.nan
         return sigma
@@ -254,36 +305,30 @@ class PlotModel:
         return 0.5 * random.standard_gamma(2.0, k)
 
     def _detected(
-        self, random: np.random.Generator, places: FloatArray, rates: FloatArray, snr: FloatArray
+        self, random: np.random.Generator, distance: FloatArray, rates: FloatArray, snr: FloatArray
     ) -> NDArray[np.bool_]:
         """Draw whether adjacent bins exceed their thresholds; a fixed threshold takes the ratios as they are."""
         if not len(snr):
             return np.zeros(0, np.bool_)
-        beat = beat_bins(self._config, np.sqrt((places**2).sum(axis=1)), rates)
-        power = self._gain * self._kept * snr[:, None] * bin_shares(self._config, beat, rates)
+        beat = beat_bins(self._config, distance, rates)
+        power = (self._gain * self._kept * snr)[:, None] * self._shares(beat, rates)
         if self._config.snr_threshold_db is None:
             freedom = 2.0 * self._looks
             power = random.noncentral_chisquare(freedom, freedom * power) / freedom
         over = (power >= self._level).astype(np.float64)
         return np.asarray(group_probability(over, self._config.processing.group_bins) > 0.5)
 
-    def _merged(
-        self,
-        random: np.random.Generator,
-        index: NDArray[np.int64],
-        places: FloatArray,
-        rates: FloatArray,
-        snr: FloatArray,
-    ) -> tuple[NDArray[np.int64], FloatArray, FloatArray, FloatArray]:
+    def _merged(self, random: np.random.Generator, echoes: _Echoes, snr: FloatArray) -> tuple[_Echoes, FloatArray]:
         """Return aircraft with those that one cell holds made one: powers added, places and rates weighted by them."""
-        distance = np.linalg.norm(places, axis=1)
         # Phases and places within bins make one look resolve what another does not.
         blur = 1.0 + _SHARPNESS * (2.0 * random.random() - 1.0)
-        apart = self._resolution[0] * blur * self._config.range_bin
-        if len(index) < 2 or np.diff(np.sort(distance)).min() >= apart:
-            return index, places, rates, snr
+        apart = self._resolution[0] * blur * self._range_bin
+        leader, places, rates, distance, *_ = echoes
+        ordered = np.sort(distance)
+        if len(leader) < 2 or (ordered[1:] - ordered[:-1]).min() >= apart:
+            return echoes, snr
         cosines = places[:, 1:] / distance[:, None]
-        widths = self._resolution[1] * blur * np.array(self._beamwidths)
+        widths = self._resolution[1] * blur * self._beamwidths
         rest = np.argsort(-snr)
         groups = []
         while len(rest):
@@ -293,38 +338,28 @@ class PlotModel:
             near[0] = True
             groups.append(rest[near])
             rest = rest[~near]
-        total = np.array([snr[g].sum() for g in groups])
         weights = [snr[g] / snr[g].sum() for g in groups]
-        return (
-            np.array([index[g[0]] for g in groups]),
-            np.array([w @ places[g] for g, w in zip(groups, weights, strict=True)]),
-            np.array([w @ rates[g] for g, w in zip(groups, weights, strict=True)]),
-            total,
-        )
+        place = np.array([w @ places[g] for g, w in zip(groups, weights, strict=True)])
+        rate = np.array([w @ rates[g] for g, w in zip(groups, weights, strict=True)])
+        merged = _Echoes(np.array([leader[g[0]] for g in groups]), place, rate, *polar(place))
+        return merged, np.array([snr[g].sum() for g in groups])
 
-    def _measured(self, places: FloatArray, rates: FloatArray, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _measured(self, plots: _Echoes, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return plots of places without errors, NaN where not measured, and their standard deviations, (n, 4)."""
-        distance, azimuth, elevation = polar(places)
-        sigma = self._sigmas(azimuth, elevation, totals)
-        z = np.stack([distance, azimuth, elevation, rates], axis=1)
-        if self._config.array_rows == 1:
+        sigma = self._sigmas(plots.azimuth, plots.elevation, totals)
+        z = np.empty((len(totals), 4))
+        z[:, 0], z[:, 1], z[:, 2], z[:, 3] = plots.distance, plots.azimuth, plots.elevation, plots.rate
+        if self._cone:
             # Thesis (5.1): a line of elements measures the direction cosine along itself, and no more.
-            z[:, 1] = np.arcsin(np.clip(places[:, 1] / distance, -1.0, 1.0))
+            z[:, 1] = np.arcsin(np.clip(plots.place[:, 1] / plots.distance, -1.0, 1.0))
         z[np.isnan(sigma)] = np.nan
         return z, sigma
 
-    def _bias(self, rates: FloatArray) -> FloatArray:
-        """Return what plots of aircraft are off by on average, shape (n, 4)."""
-        bias = np.zeros((len(rates), 4))
-        bias[:, 0] = self._model.range_bias_bins * self._config.range_bin + self._coupling * rates
-        return bias
-
     def _fold(self, z: FloatArray) -> None:
         """Bring ranges and angles that errors took past their ends back, in place."""
-        z[:, 0] = np.maximum(z[:, 0], 0.5 * self._config.range_bin)
+        z[:, 0] = np.maximum(z[:, 0], 0.5 * self._range_bin)
         # A cone has no angles beyond a quarter turn: they are mirrored.
-        cone = self._config.array_rows == 1
-        z[:, 1] = np.arcsin(np.sin(z[:, 1])) if cone else np.mod(z[:, 1] + math.pi, 2.0 * math.pi) - math.pi
+        z[:, 1] = np.arcsin(np.sin(z[:, 1])) if self._cone else np.mod(z[:, 1] + math.pi, 2.0 * math.pi) - math.pi
 
     def _false_echoes(
         self, random: np.random.Generator, burst: int, p_fa: float

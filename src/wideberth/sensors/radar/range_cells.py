@@ -61,28 +61,50 @@ def bin_shares(config: RadarConfig, beat: ArrayLike, range_rate: ArrayLike) -> F
         Adjacent bins, all those in which there is something. At rest, with the Hann window, 0.67 in the bin of an echo
         in its middle and 0.17 in those beside it.
     """
-    at, rate = np.asarray(beat, dtype=np.float64), np.asarray(range_rate, dtype=np.float64)
-    if at.shape != rate.shape:
-        at, rate = np.broadcast_arrays(at, rate)
-    if config.migration_corrected:
-        rate = np.zeros(rate.shape)
-    sweeps = min(config.averages, _SWEEPS)
-    times = (np.arange(sweeps) + 0.5 - 0.5 * sweeps) / sweeps * config.averages * config.sweep_interval
-    rate = rate / config.range_bin
-    fastest = float(np.abs(rate).max(initial=0.0)) * float(np.abs(times).max())
-    reach = config.processing.group_bins + math.ceil(fastest)
-    power = np.empty((at.size, 2 * reach + 1))
-    range_cells_kernels.spread_power(
-        (at - np.rint(at)).ravel(),
-        np.ascontiguousarray(rate).ravel(),
-        times,
-        config.processing.window == "hann",
+    return BinShares(config)(beat, range_rate)
+
+
+class BinShares:
+    """`bin_shares` of one radar, for many echoes one after another.
+
+    Parameters
+    ----------
+    config : RadarConfig
+    """
+
+    def __init__(self, config: RadarConfig) -> None:
+        sweeps = min(config.averages, _SWEEPS)
+        self._times = (np.arange(sweeps) + 0.5 - 0.5 * sweeps) / sweeps * config.averages * config.sweep_interval
+        self._latest = float(np.abs(self._times).max())
+        self._range_bin = config.range_bin
+        self._group = config.processing.group_bins
+        self._at_rest = config.migration_corrected
+        self._hann = config.processing.window == "hann"
         # The sum of amplitudes counts where they add up, in phase.
-        config.averaging == "coherent",
-        window_noise_gain(config.processing.window),
-        power,
-    )
-    return power.reshape(*at.shape, 2 * reach + 1)
+        self._in_phase = config.averaging == "coherent"
+        self._noise_gain = window_noise_gain(config.processing.window)
+
+    def __call__(self, beat: ArrayLike, range_rate: ArrayLike) -> FloatArray:
+        """Return the shares: see `bin_shares`."""
+        at, rate = np.asarray(beat, dtype=np.float64), np.asarray(range_rate, dtype=np.float64)
+        if at.shape != rate.shape:
+            at, rate = np.broadcast_arrays(at, rate)
+        if self._at_rest:
+            rate = np.zeros(rate.shape)
+        rate = rate / self._range_bin
+        fastest = float(np.abs(rate).max(initial=0.0)) * self._latest
+        reach = self._group + math.ceil(fastest)
+        power = np.empty((at.size, 2 * reach + 1))
+        range_cells_kernels.spread_power(
+            (at - np.rint(at)).ravel(),
+            np.ascontiguousarray(rate).ravel(),
+            self._times,
+            self._hann,
+            self._in_phase,
+            self._noise_gain,
+            power,
+        )
+        return power.reshape(*at.shape, 2 * reach + 1)
 
 
 def group_probability(p: ArrayLike, group: int) -> FloatArray:

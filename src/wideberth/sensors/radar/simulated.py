@@ -100,6 +100,7 @@ class SimulatedRadar:
         self._names = config.unit_names(name)
         self._streams = [np.random.Philox(key=[seed, zlib.crc32(unit.encode())]) for unit in self._names]
         self._unused: list[Any] = [stream.state for stream in self._streams]
+        self._generators = [np.random.Generator(stream) for stream in self._streams]
         height = math.radians(config.boresight_elevation_deg)
         self._mountings = [
             rotation_ned_body(0.0, height, math.radians(azimuth)) for azimuth in config.boresight_azimuths_deg
@@ -201,8 +202,8 @@ class SimulatedRadar:
         # Between steps the ownship's path is not known; it flies straight for less than a step.
         own_position = ownship.position - (t - when) * ownship.velocity
         if self._on_ground:
-            positions = np.vstack([positions, own_position])
-            velocities = np.vstack([velocities, ownship.velocity])
+            positions = np.concatenate([positions, own_position[None]])
+            velocities = np.concatenate([velocities, ownship.velocity[None]])
         if positions.shape != (len(self._rcs), 3) or velocities.shape != positions.shape:
             raise ValueError(f"states {positions.shape}, {velocities.shape} of {len(self._rcs)} aircraft are wanted")
         return positions, velocities, own_position
@@ -227,7 +228,7 @@ class SimulatedRadar:
         state = self._unused[unit]
         state["state"]["counter"] = np.array([0, 0, self._looks, 0], np.uint64)
         self._streams[unit].state = state
-        return np.random.Generator(self._streams[unit])
+        return self._generators[unit]
 
     def _scan(
         self,
@@ -252,19 +253,19 @@ class SimulatedRadar:
             z, variance = sampled.look(when, random, away, relative, self._rcs, burst)
             rejects, state = sampled.rejects, sampled.state
         else:
-            distance = np.sqrt((away**2).sum(axis=1))
+            distance = np.sqrt((away * away).sum(axis=1))
             rates = (relative * away).sum(axis=1) / np.maximum(distance, 1e-9)
             z, variance = self._model.look(random, away, rates, self._rcs, burst)
         z[:, 0] *= c.range_scale
-        r = np.zeros((len(z), 4, 4))
-        r.reshape(-1, 16)[:, ::5] = variance
+        r = np.zeros((len(z), 16))
+        r[:, ::5] = variance
         return Scan(
             t=when,
             t_received=t,
             sensor=self._names[unit],
             kind=c.scan_kind,
             z=z,
-            R=r,
+            R=r.reshape(-1, 4, 4),
             t_valid=np.full(len(z), when),
             sensor_position=pose[0].copy(),
             sensor_attitude=pose[2].copy(),

@@ -46,7 +46,7 @@ class FlatViews:
         """
         if not len(scan.z):
             return
-        if not np.isnan(scan.z[:, 2]).all():
+        if not math.isnan(scan.z[0, 2]) or not np.isnan(scan.z[:, 2]).all():
             self._views.pop(sensor, None)
             return
         forward = _level(scan.sensor_attitude[:, 0]) if scan.kind == "radar_cone" else None

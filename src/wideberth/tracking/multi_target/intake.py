@@ -1,5 +1,6 @@
 """Scans made ready for the kernels: what cannot be used is left out, with a reason."""
 
+import itertools
 import math
 from dataclasses import dataclass, field
 
@@ -152,9 +153,10 @@ def pose_fault(position: FloatArray, attitude: FloatArray) -> str | None:
     """
     if np.shape(position) != (3,) or np.shape(attitude) != (3, 3):
         return "sensor pose of a wrong shape"
-    if not (np.isfinite(position).all() and np.isfinite(attitude).all()):
+    rows = np.asarray(attitude, float).tolist()
+    if not all(map(math.isfinite, itertools.chain(np.asarray(position, float).tolist(), *rows))):
         return "sensor pose not finite"
-    return None if _is_rotation(np.asarray(attitude, float).tolist()) else "sensor attitude is no rotation"
+    return None if _is_rotation(rows) else "sensor attitude is no rotation"
 
 
 def _is_rotation(rows: list[list[float]]) -> bool:

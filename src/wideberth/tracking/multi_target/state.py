@@ -24,6 +24,10 @@ _MOST_SENSORS = 8
 """The window grows with the number of sensors up to this many."""
 
 
+_OF_PLOTS = {"z", "variance", "sight", "place", "used"}
+"""What a window has of each plot of each scan."""
+
+
 @dataclass(slots=True)
 class Snapshot:
     """A copy of the state at one time."""
@@ -166,7 +170,7 @@ class TrackerState:
         return Snapshot(
             self.t,
             Bank._make(a.copy() for a in self.bank),
-            Window._make(a.copy() for a in self.window),
+            _window_copy(self.window),
             self.clutter.copy(),
             self.counts.copy(),
             self.fusion.snapshot(),
@@ -181,7 +185,9 @@ class TrackerState:
         """
         given = int(self.bank.size[1])
         self.bank = Bank._make(a.copy() for a in snapshot.bank)
-        self.window = Window._make(a.copy() for a in snapshot.window)
+        self.window = make_window(len(snapshot.window.t), self.window.z.shape[1])
+        for new, known in zip(self.window, snapshot.window, strict=True):
+            new[tuple(map(slice, known.shape))] = known
         self.clutter, self.counts = snapshot.clutter.copy(), snapshot.counts.copy()
         self.fusion.restore(snapshot.fusion)
         self.t = snapshot.t
@@ -239,6 +245,14 @@ def rules_of(c: MultiTargetConfig, sensors: int) -> Rules:
         consensus_budget=c.consensus_budget,
         known_down=math.nan if c.known_altitude_m is None else -c.known_altitude_m,
         known_sigma=c.known_altitude_sigma_m,
+    )
+
+
+def _window_copy(window: Window) -> Window:
+    """Return a copy that holds as many plots of each scan as the scan with the most of them has."""
+    most = int(window.filled.max())
+    return Window._make(
+        (a[:, :most] if name in _OF_PLOTS else a).copy() for name, a in zip(Window._fields, window, strict=True)
     )
 
 

@@ -267,7 +267,8 @@ def missing_separation(
     p, v = p + (own[3:] - command) * lag, command - other[3:]
     t, distance = closest(p, v)
     if sided and t > 0 and cross(p, v) * side < 0 and abs(p[2] + v[2] * t) < 0.95 * wanted:
-        distance = -abs(cross(p, v)) / float(np.linalg.norm(v[:2]))
+        beyond = abs(cross(p, v)) / float(np.linalg.norm(v[:2]))
+        distance = -beyond if beyond > 1e-6 else distance
     return wanted - distance
 
 

@@ -87,7 +87,7 @@ def test_forbidden_rates_are_those_that_enter_the_zone(half: float, own: Any, ot
     level, now = math.hypot(p[0], p[1]), np.linalg.norm(p)
     assume(abs(now - D) > 0.01 and abs(level - D) > 0.01 and abs(abs(p[2]) - half) > 0.01)
     assume(math.hypot(v[0], v[1]) > 0.3)
-    low, high, _ = multi.forbidden_rates(p[0], p[1], p[2], v[0], v[1], D, half)
+    low, high, _ = pair.forbidden_rates(p[0], p[1], p[2], v[0], v[1], D, half)
     for shift in (-0.02, 0.02):  # not where a hair decides
         assume((low < w < high) == (low < w + shift < high))
     thinner, thicker = (
@@ -194,6 +194,8 @@ def test_presets_and_what_does_not_fit() -> None:
     with pytest.raises(ValueError, match="no preset 'best'"):
         cas_preset("best")
     with pytest.raises(ValueError, match="knows only the sphere"):
-        cas_preset("thesis", half_height_m=3.0)
+        CasConfig(controller="altitudes", half_height_m=3.0)
+    with pytest.raises(ValueError, match="above altitude_min_m"):
+        CasConfig(altitude_min_m=5.0, altitude_max_m=4.0)
     with pytest.raises(ValueError, match="hysteresis_m"):
         cas_preset("thesis", hysteresis_m=4.0)

@@ -71,6 +71,24 @@ def test_bang_bang_keeps_to_the_one_it_avoids() -> None:
     assert (held.reason, held.rate, control.target) == ("held", first.rate, 1)
 
 
+@pytest.mark.parametrize("controller", ["interval", "bang_bang", "continuous"])
+def test_force_and_disable(controller: Any) -> None:
+    def decided(**changes: Any) -> Any:
+        # Passed far above, which needs no avoidance.
+        control = VehicleController(CasConfig(controller=controller, smoothing=1.0, **changes), 0)
+        control.take(message(np.array([20.0, 0, 0, -1.5, 0, 0])), 0.0)
+        return control.decide(0.0, OWN, -15.2)
+
+    assert decided().reason == "none"
+    forced = decided(force=True)
+    assert forced.avoid and forced.reason == "forced"
+    control = VehicleController(CasConfig(controller=controller, smoothing=1.0, disable=True), 0)
+    control.take(message(OTHER), 0.0)
+    disabled = control.decide(0.0, OWN, -15.0)
+    assert (disabled.avoid, disabled.reason, control.target) == (False, "none", None)
+    assert disabled.rate == pytest.approx(0.1)
+
+
 def test_controllers_for_fleets_are_refused() -> None:
     with pytest.raises(ValueError, match="is for fleets"):
         VehicleController(CasConfig(controller="combined"), 0)

@@ -70,7 +70,7 @@ def predict_intruders(
         Local NED.
     covariance : ndarray, shape (m, 9, 9)
     risk : ndarray
-        Risk parameters, see the constants above.
+        Risk parameters, see the constants of `kernels`.
     dt : float
         Step of the grid, s.
     n : int

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from wideberth.avoidance.cas.multi_kernels import forbidden_rates
+from wideberth.avoidance.cas.pair_kernels import forbidden_rates
 from wideberth.units import FOOT
 
 UP, FREE, DOWN = 1, 0, -1

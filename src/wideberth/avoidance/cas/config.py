@@ -147,7 +147,7 @@ class CasConfig(PartConfig):
     margin_growth_mps : float
         What ``interval`` adds for each second of age of the other's message.
     half_height_m : float or None
-        Of a protected cylinder instead of the sphere (3.5), for ``interval``.
+        Of a protected cylinder instead of the sphere (3.5), for ``bang_bang``, ``continuous`` and ``interval``.
     climb_rate_max_mps, sink_rate_max_mps : float
         Of avoidance; the return's limits are those with ``return_``.
     lag_s, level_lag_s : float
@@ -167,6 +167,8 @@ class CasConfig(PartConfig):
         Belief that the other avoids too; without it the law is ``full``.
     altitude_min_m : float
         Height above the origin below which no avoidance descends, and below which others are taken not to avoid.
+    altitude_max_m : float or None
+        Height above the origin above which no vertical avoidance climbs.
     force, disable : bool
         Avoid always; never avoid.
     delay_compensation : str
@@ -218,6 +220,7 @@ class CasConfig(PartConfig):
     law: Literal["full", "shared", "shared_corrected"] = "full"
     other_cooperates: bool = True
     altitude_min_m: float = 4 * FOOT
+    altitude_max_m: float | None = None
     force: bool = False
     disable: bool = False
     delay_compensation: Literal["none", "estimate", "timestamp"] = "timestamp"
@@ -233,8 +236,10 @@ class CasConfig(PartConfig):
 
     @model_validator(mode="after")
     def _fits(self) -> Self:
-        if self.half_height_m is not None and self.controller != "interval":
+        if self.half_height_m is not None and self.controller not in {"bang_bang", "continuous", "interval"}:
             raise ValueError(f"half_height_m: {self.controller} knows only the sphere; use controller = 'interval'")
+        if self.altitude_max_m is not None and self.altitude_max_m <= self.altitude_min_m:
+            raise ValueError("altitude_max_m must be above altitude_min_m")
         if self.hysteresis_m >= self.separation_m + self.margin_m:
             raise ValueError(f"hysteresis_m {self.hysteresis_m:g} must be below separation_m plus margin_m")
         if self.threshold.kind != "deterministic" and self.controller in {"altitudes", "none"}:

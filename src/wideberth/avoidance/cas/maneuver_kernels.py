@@ -28,6 +28,7 @@ _DECISIVE = 0.25  # of the separation: a miss distance that decides on which sid
 _ROUND = 0.75  # the same in the roundabout: who passes clear anyway is not gone round
 _ABOVE = 0.95  # of the separation: at such a difference of height the side does not matter
 _CLIMB_STEPS = 5  # up to twice the change that is tangent without lag
+_ON_THE_LINE = 1e-6  # m, on the other side: nothing but rounding
 _INSIDE = 0.98  # of the distance now
 _RELEASE = 2.0  # of the separation, that guidance's velocity must keep before an avoidance ends
 
@@ -86,7 +87,8 @@ def shortfall(
         wanted = min(wanted, _INSIDE * math.sqrt(now))
         across = pn * ve - pe * vn
         if sided and t > 0.0 and across * side < 0.0 and abs(pd + vd * t) < _ABOVE * wanted:
-            d = -abs(across) / math.hypot(vn, ve)
+            beyond = abs(across) / math.hypot(vn, ve)
+            d = -beyond if beyond > _ON_THE_LINE else d
         if wanted - d > worst:
             worst, whom = wanted - d, j
     return worst, whom

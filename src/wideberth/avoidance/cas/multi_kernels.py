@@ -18,7 +18,9 @@ FloatArray = NDArray[np.float64]
 # on each axis of the relative position at the closest point, where a filter knows it (0: by the settings, for the age).
 V_WANTED, V_AGE, V_VARIANCE = 6, 7, 8
 V_SEPARATION = 9  # m, wanted of it: written by `note_separations`
-N_VIEW = 10
+V_SIDE = 10  # on which to pass it: -1 above, 1 below, 0 as the altitudes say
+V_MARGIN = 11  # m, added to its protected zone
+N_VIEW = 12
 _DECISIVE = 0.75  # of the separation: an altitude difference at the closest point that decides who passes above
 _INSIDE_WEIGHT = 4.0  # of the altitude difference in that rule where the vehicles are already too close
 _BAND = 0.2  # of the range of own velocities
@@ -57,64 +59,22 @@ def most_critical(own: FloatArray, views: FloatArray, use: FloatArray, p: FloatA
     for j in range(views.shape[0]):
         if use[j] == 0.0:
             continue
-        t, d = pair.closest_point(
+        wanted = wanted_separation(own, views[j], p) + views[j, V_MARGIN]
+        t, d = pair.closest_pass(
             own[0] - views[j, 0],
             own[1] - views[j, 1],
             own[2] - views[j, 2],
             own[3] - views[j, 3],
             own[4] - views[j, 4],
             own[5] - views[j, 5],
+            wanted,
+            pair.half_height(wanted, p),
         )
-        in_conflict = d <= wanted_separation(own, views[j], p)
+        in_conflict = d <= wanted
         value = t if in_conflict else d
         if (in_conflict and not best_in_conflict) or (in_conflict == best_in_conflict and value < best_value):
             best, best_in_conflict, best_value = j, in_conflict, value
     return best
-
-
-@jit_uncounted
-def forbidden_rates(
-    px: float, py: float, pz: float, vx: float, vy: float, d: float, half: float
-) -> tuple[float, float, float]:
-    """Return the open interval of relative velocities down that lead into the protected zone, and the time until then.
-
-    The zone is a sphere of radius `d`, or with `half` > 0 a cylinder of that half-height. Both ends are NaN where no
-    velocity leads into it; infinite where it lies on that side for good.
-    """
-    qa = d * d - px * px - py * py
-    qb = vx * px + vy * py
-    qc = vx * vx + vy * vy
-    if qa <= 0.0 and qb >= 0.0:
-        return math.nan, math.nan, math.inf
-    under = qa * qc + qb * qb
-    if under <= 0.0 and qc > 0.0:
-        return math.nan, math.nan, math.inf
-    t = max(-qb / qc, 0.0) if qc > 0.0 else 0.0
-    if half > 0.0:
-        t_in, t_out = 0.0, math.inf
-        if qc > 0.0:
-            root = math.sqrt(max(under, 0.0))
-            t_in, t_out = max((-qb - root) / qc, 0.0), (-qb + root) / qc
-        if t_in <= 0.0 and abs(pz) < half:
-            return -math.inf, math.inf, 0.0
-        # Above at both ends of the time inside the circle is above throughout; so is below.
-        up, down = -half - pz, half - pz
-        above = min(up / t_in if t_in > 0.0 else (math.inf if up > 0.0 else -math.inf), up / t_out)
-        below = max(down / t_in if t_in > 0.0 else (-math.inf if down < 0.0 else math.inf), down / t_out)
-        if t_in <= 0.0:
-            return (up / t_out, math.inf, t) if pz < 0.0 else (-math.inf, down / t_out, t)
-        return above, below, t
-    outside = pz * pz - qa
-    if outside <= 0.0:
-        return -math.inf, math.inf, 0.0
-    possible, above, below = pair.tangent_rates(px, py, pz, vx, vy, d)
-    if qa > 0.0:
-        if not possible:
-            above, below = 0.0, 0.0
-        return (above, math.inf, t) if pz < 0.0 else (-math.inf, below, t)
-    if not possible:
-        return math.nan, math.nan, math.inf
-    return above, below, t
 
 
 @jit_uncounted
@@ -159,11 +119,16 @@ def interval_rate(
     bounds : ndarray, shape (n, 3)
         Scratch: a bound, its side (-1 at most, 1 at least, 0 none), and the time it concerns.
 
-    Where no velocity keeps all sides, the one with the least largest shortfall in metres is flown.
+    Where no velocity keeps all sides, the one with the least largest shortfall in metres is flown. Forced, the bound
+    that is nearer to guidance is flown although guidance keeps it.
     """
+    if p[pair.P_DISABLE] > 0.0:
+        return pair.NO_REASON, guidance, -1
     low, high = p[pair.P_UP], p[pair.P_DOWN]
     if own[2] > p[pair.P_LOWEST]:
         high = 0.0
+    if own[2] < p[pair.P_HIGHEST]:
+        low = 0.0
     lower, upper, lower_by, upper_by = -math.inf, math.inf, -1, -1
     reason = pair.CURRENT
     for j in range(views.shape[0]):
@@ -172,18 +137,19 @@ def interval_rate(
             continue
         px, py, pz = own[0] - views[j, 0], own[1] - views[j, 1], own[2] - views[j, 2]
         vx, vy, other_w = own[3] - views[j, 3], own[4] - views[j, 4], views[j, 5]
-        grown = p[pair.P_MARGIN_GROWTH] * views[j, V_AGE]
         wanted_distance = wanted_separation(own, views[j], p)
-        half = p[pair.P_HALF_HEIGHT]
-        if half > 0.0:
-            half += grown + wanted_distance - p[pair.P_SEPARATION]
-        above, below, t = forbidden_rates(px, py, pz, vx, vy, wanted_distance + grown, half)
+        radius = wanted_distance + p[pair.P_MARGIN_GROWTH] * views[j, V_AGE] + views[j, V_MARGIN]
+        half = pair.half_height(radius, p)
+        above, below, t = pair.forbidden_rates(px, py, pz, vx, vy, radius, half)
         if math.isnan(above) or not t < p[pair.P_T_STAR_MIN]:
             continue
-        z_star = pz + (own[5] - other_w) * t
-        up = passes_above(z_star, wanted, views[j, V_WANTED], number < j, wanted_distance)
-        if above == -math.inf and below == math.inf:
-            up = passes_above(_INSIDE_WEIGHT * pz, wanted, views[j, V_WANTED], number < j, wanted_distance)
+        size = half if half > 0.0 else wanted_distance
+        inside = above == -math.inf and below == math.inf
+        z_star = _INSIDE_WEIGHT * pz if inside else pz + (own[5] - other_w) * t
+        up = passes_above(z_star, wanted, views[j, V_WANTED], number < j, size)
+        if views[j, V_SIDE] != 0.0:
+            up = views[j, V_SIDE] < 0.0
+        if inside:
             above, below = low - other_w, high - other_w
         elif above == -math.inf:
             up = False
@@ -205,6 +171,10 @@ def interval_rate(
             return reason, max(upper, low), upper_by
         if guidance < lower:
             return reason, min(lower, high), lower_by
+        if p[pair.P_FORCE] > 0.0:
+            if lower_by < 0 or upper - guidance < guidance - lower:
+                return pair.FORCED, max(min(upper, high), low), upper_by
+            return pair.FORCED, min(max(lower, low), high), lower_by
         band = _BAND * (p[pair.P_DOWN] - p[pair.P_UP])
         if avoiding and (guidance > upper - band or guidance < lower + band):
             return pair.HELD, guidance, upper_by if guidance > upper - band else lower_by
@@ -233,5 +203,4 @@ def warmup() -> None:
     own, views, use, p = np.ones(6), np.zeros((2, N_VIEW)), np.ones(2), np.ones(pair.N_SETTINGS)
     note_separations(own, views, use, p)
     most_critical(own, views, use, p)
-    forbidden_rates(9.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0)
     interval_rate(own, 0, 0.0, 0.0, False, views, use, p, np.empty((2, 3)))

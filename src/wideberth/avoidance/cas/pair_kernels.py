@@ -44,6 +44,8 @@ P_MARGIN_GROWTH = 24  # m/s, of the margin with a message's age
 P_KINDS = 25  # what `maneuver_kernels` may change
 P_LEVEL_LAG = 26  # s, of the horizontal velocity
 P_SPEED_MAX = 27  # m/s
+P_HIGHEST = 28  # m down: no avoidance climbs above
+P_SIDE = 29  # -1: pass above, 1: below, 0: as the altitudes say
 # From `threshold.P_THRESHOLD` on: how conflicts are told.
 N_SETTINGS = threshold.P_END
 
@@ -80,6 +82,52 @@ def closest_point(px: float, py: float, pz: float, vx: float, vy: float, vz: flo
 
 
 @jit_uncounted
+def _reach(t: float, px: float, py: float, pz: float, vx: float, vy: float, vz: float, steep: float) -> float:
+    dx, dy = px + vx * t, py + vy * t
+    return max(math.sqrt(dx * dx + dy * dy), steep * abs(pz + vz * t))
+
+
+@jit_uncounted
+def closest_pass(
+    px: float, py: float, pz: float, vx: float, vy: float, vz: float, d: float, half: float
+) -> tuple[float, float]:
+    """Return t* >= 0 and the miss there, which is `d` where the protected zone is touched.
+
+    Of a sphere the distance, as `closest_point`; of a cylinder (`half` > 0) the larger one of the horizontal distance
+    and the height scaled by d / half.
+    """
+    if half <= 0.0:
+        return closest_point(px, py, pz, vx, vy, vz)
+    steep = d / half
+    t, least = 0.0, _reach(0.0, px, py, pz, vx, vy, vz, steep)
+    qb, qc = px * vx + py * vy, vx * vx + vy * vy
+    # The larger of two convex functions is least where one of them is, or where both are equal.
+    a, b, c = qc - (steep * vz) ** 2, qb - steep * steep * pz * vz, px * px + py * py - (steep * pz) ** 2
+    root = math.sqrt(max(b * b - a * c, 0.0))
+    for k in range(4):
+        at = -1.0
+        if k == 0 and qc > 0.0:
+            at = -qb / qc
+        elif k == 1 and vz != 0.0:
+            at = -pz / vz
+        elif k >= 2 and a != 0.0:
+            at = (-b + root) / a if k == 2 else (-b - root) / a
+        elif k == 2 and b != 0.0:
+            at = -0.5 * c / b
+        if 0.0 < at < math.inf:
+            miss = _reach(at, px, py, pz, vx, vy, vz, steep)
+            if miss < least:
+                t, least = at, miss
+    return t, least
+
+
+@jit_uncounted
+def half_height(d: float, p: FloatArray) -> float:
+    """Return the half-height of the protected cylinder where the radius `d` is wanted; 0 for a sphere."""
+    return p[P_HALF_HEIGHT] + d - p[P_SEPARATION] if p[P_HALF_HEIGHT] > 0.0 else 0.0
+
+
+@jit_uncounted
 def wanted_separation(px: float, py: float, pz: float, vx: float, vy: float, vz: float, p: FloatArray) -> float:
     """Return the miss distance that the threshold wants of a pair, by the settings' errors of states that are fresh."""
     return threshold.needed_separation(p[P_SEPARATION], px, py, pz, vx, vy, vz, 0.0, 0.0, p)
@@ -104,8 +152,55 @@ def tangent_rates(px: float, py: float, pz: float, vx: float, vy: float, d: floa
 
 
 @jit_uncounted
+def forbidden_rates(
+    px: float, py: float, pz: float, vx: float, vy: float, d: float, half: float
+) -> tuple[float, float, float]:
+    """Return the open interval of relative velocities down that lead into the protected zone, and the time until then.
+
+    The zone is a sphere of radius `d`, or with `half` > 0 a cylinder of that half-height. Both ends are NaN where no
+    velocity leads into it; infinite where it lies on that side for good.
+    """
+    qa = d * d - px * px - py * py
+    qb = vx * px + vy * py
+    qc = vx * vx + vy * vy
+    if qa <= 0.0 and qb >= 0.0:
+        return math.nan, math.nan, math.inf
+    under = qa * qc + qb * qb
+    if under <= 0.0 and qc > 0.0:
+        return math.nan, math.nan, math.inf
+    t = max(-qb / qc, 0.0) if qc > 0.0 else 0.0
+    if half > 0.0:
+        t_in, t_out = 0.0, math.inf
+        if qc > 0.0:
+            root = math.sqrt(max(under, 0.0))
+            t_in, t_out = max((-qb - root) / qc, 0.0), (-qb + root) / qc
+        if t_in <= 0.0 and abs(pz) < half:
+            return -math.inf, math.inf, 0.0
+        # Above at both ends of the time inside the circle is above throughout; so is below.
+        up, down = -half - pz, half - pz
+        above = min(up / t_in if t_in > 0.0 else (math.inf if up > 0.0 else -math.inf), up / t_out)
+        below = max(down / t_in if t_in > 0.0 else (-math.inf if down < 0.0 else math.inf), down / t_out)
+        if t_in <= 0.0:
+            return (up / t_out, math.inf, t) if pz < 0.0 else (-math.inf, down / t_out, t)
+        return above, below, t
+    outside = pz * pz - qa
+    if outside <= 0.0:
+        return -math.inf, math.inf, 0.0
+    possible, above, below = tangent_rates(px, py, pz, vx, vy, d)
+    if qa > 0.0:
+        if not possible:
+            above, below = 0.0, 0.0
+        return (above, math.inf, t) if pz < 0.0 else (-math.inf, below, t)
+    if not possible:
+        return math.nan, math.nan, math.inf
+    return above, below, t
+
+
+@jit_uncounted
 def side(z: float, first: bool, p: FloatArray) -> int:
     """Return -1 to pass above, 1 below, 0 undecided; `first` climbs at equal altitudes (errata, "CAS thesis")."""
+    if p[P_SIDE] != 0.0:
+        return -1 if p[P_SIDE] < 0.0 else 1
     if z < 0.0:
         return -1
     if z > 0.0:
@@ -124,6 +219,13 @@ def shared_rate(relative: float, w: float, other_w: float, cooperates: bool, p: 
         # Half of the relative velocity would settle at half of what is needed (errata, "CAS thesis").
         return w + 0.5 * (relative - (w - other_w))
     return relative + other_w
+
+
+@jit_uncounted
+def _inside(px: float, py: float, pz: float, d: float, half: float) -> bool:
+    if half > 0.0:
+        return bool(px * px + py * py < d * d and abs(pz) < half)
+    return bool(px * px + py * py + pz * pz < d * d)
 
 
 @jit_uncounted
@@ -163,9 +265,10 @@ def continuous(
     delta, soon = p[P_HYSTERESIS], p[P_T_STAR_MIN]
     vz = w - other_w
     d = wanted_separation(px, py, pz, vx, vy, vz, p)
-    t_now, d_now = closest_point(px, py, pz, vx, vy, vz)
-    t_back, d_back = closest_point(px, py, pz, vx, vy, guidance - other_w)
-    inside = px * px + py * py + pz * pz < d * d
+    half = half_height(d, p)
+    t_now, d_now = closest_pass(px, py, pz, vx, vy, vz, d, half)
+    t_back, d_back = closest_pass(px, py, pz, vx, vy, guidance - other_w, d, half)
+    inside = _inside(px, py, pz, d, half)
     reason = NO_REASON
     if d_now <= d - delta and 0.0 < t_now < soon:
         reason = CURRENT
@@ -180,7 +283,15 @@ def continuous(
     if reason == NO_REASON or p[P_DISABLE] > 0.0:
         return NO_REASON, guidance, t_now, d_now
     which = side(pz + vz * (t_now if t_now > 0.0 else t_back), first, p)
-    possible, above, below = tangent_rates(px, py, pz, vx, vy, d)
+    if half > 0.0:
+        above, below, _ = forbidden_rates(px, py, pz, vx, vy, d, half)
+        possible = not (math.isnan(above) or inside)
+        if possible and math.isinf(above):
+            which = 1  # within the radius and below
+        elif possible and math.isinf(below):
+            which = -1
+    else:
+        possible, above, below = tangent_rates(px, py, pz, vx, vy, d)
     if which == 0 or not (possible or inside):
         return NO_REASON, guidance, t_now, d_now
     if possible:
@@ -192,6 +303,8 @@ def continuous(
         command = p[P_UP] if which < 0 else p[P_DOWN]
     if z > p[P_LOWEST]:
         command = min(command, 0.0)
+    if z < p[P_HIGHEST]:
+        command = max(command, 0.0)
     return reason, command, t_now, d_now
 
 
@@ -218,17 +331,23 @@ def bang_bang(
     """
     vz = w - other_w
     d = wanted_separation(px, py, pz, vx, vy, vz, p)
-    t_now, d_now = closest_point(px, py, pz, vx, vy, vz)
+    half = half_height(d, p)
+    t_now, d_now = closest_pass(px, py, pz, vx, vy, vz, d, half)
     if p[P_DISABLE] > 0.0:
         return NO_REASON, guidance, t_now, d_now
     cooperates = p[P_COOPERATES] > 0.0 and z - pz <= p[P_LOWEST]
-    low = z > p[P_LOWEST]
+    low, high = z > p[P_LOWEST], z < p[P_HIGHEST]
     if avoiding:
         other = other_w
         if cooperates:
             other = p[P_RETURN_UP] if command < 0.0 else p[P_RETURN_DOWN]
-        t_back, d_back = closest_point(px, py, pz, vx, vy, guidance - other)
-        over = d_back >= d or t_back >= p[P_RETURN_TIME] or (low and guidance > 0.0)
+        t_back, d_back = closest_pass(px, py, pz, vx, vy, guidance - other, d, half)
+        safe = d_back >= d
+        if safe and p[P_SIDE] * (pz + (guidance - other) * t_back) < 0.0:
+            # It would pass on the other side, where it is not to pass at all.
+            above, _, _ = forbidden_rates(px, py, pz, vx, vy, d, half)
+            safe = math.isnan(above)
+        over = safe or t_back >= p[P_RETURN_TIME] or (low and guidance > 0.0) or (high and guidance < 0.0)
         if over and p[P_FORCE] == 0.0:
             return NO_REASON, guidance, t_now, d_now
         return HELD, command, t_now, d_now
@@ -241,15 +360,15 @@ def bang_bang(
     if p[P_RISE_TIME] == 0.0:
         at = pz + vz * t_now
     which = side(at if at != 0.0 else pz, first, p)
-    if p[P_COOPERATES] == 0.0 and low:
-        which = -1
-    if which == 0 or (which > 0 and low):
+    if p[P_COOPERATES] == 0.0 and (low or high):
+        which = -1 if low else 1
+    if which == 0 or (which > 0 and low) or (which < 0 and high):
         return NO_REASON, guidance, t_now, d_now
     command = p[P_UP] if which < 0 else p[P_DOWN]
     other = other_w
     if cooperates:
         other = p[P_DOWN] if which < 0 else p[P_UP]
-    t_turned, d_turned = closest_point(qx, qy, qz, vx, vy, command - other)
+    t_turned, d_turned = closest_pass(qx, qy, qz, vx, vy, command - other, d, half)
     begins = d_turned <= d
     if tested:
         begins = threshold.begins_by_test(
@@ -316,3 +435,5 @@ def warmup() -> None:
     guidance_rate(1.0, 1.0, p)
     closest_point(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
     tangent_rates(1.0, 1.0, 1.0, 1.0, 1.0, 1.0)
+    forbidden_rates(9.0, 0.0, 0.0, -1.0, 0.0, 1.0, 0.0)
+    closest_pass(9.0, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 1.0)

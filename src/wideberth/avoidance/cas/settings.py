@@ -99,6 +99,7 @@ def settings(config: CasConfig, *, predicted: bool = False) -> FloatArray:
     p[k.P_LAW] = LAWS[config.law]
     p[k.P_COOPERATES] = config.other_cooperates
     p[k.P_LOWEST] = -config.altitude_min_m
+    p[k.P_HIGHEST] = -math.inf if config.altitude_max_m is None else -config.altitude_max_m
     p[k.P_FORCE], p[k.P_DISABLE] = config.force, config.disable
     p[k.P_COMPENSATION], p[k.P_DELAY] = COMPENSATIONS[config.delay_compensation], config.delay_estimate_s
     p[k.P_RETURN_TIME] = math.inf if config.return_time_max_s is None else config.return_time_max_s

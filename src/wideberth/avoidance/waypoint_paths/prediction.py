@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from wideberth.avoidance.sound_tracks import SoundTracks
 from wideberth.avoidance.waypoint_paths import intruder_kernels as ik
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
 from wideberth.types import FloatArray, Ownship, Track, TrackStatus
@@ -46,10 +47,10 @@ class Prediction:
 
 
 class Predictor:
-    """Makes predictions, and remembers the last sound state of each track.
+    """Makes predictions.
 
-    A track that is not finite is avoided where its last sound state leads, with a cylinder as wide as uncertainty may
-    make it, for `ghost_s`; without a sound state, where it was reported, if it was. What could not be used is counted.
+    A track that is not finite is avoided where its stand-in of `SoundTracks` is, with a cylinder as wide as uncertainty
+    may make it. What could not be used is counted.
 
     Parameters
     ----------
@@ -58,55 +59,33 @@ class Predictor:
 
     def __init__(self, config: AStarConfig) -> None:
         self._config = config
-        self._sound: dict[str, Track] = {}
-        self._unsound: set[str] = set()
-        self.counters = {"not_finite": 0, "unusable": 0, "left_out": 0}
+        self._tracks = SoundTracks(config.ghost_s)
+        self._left_out = 0
+
+    @property
+    def counters(self) -> dict[str, int]:
+        """What could not be used, or was left out."""
+        return {**self._tracks.counters, "left_out": self._left_out}
 
     def predict(self, t: float, ownship: Ownship, tracks: Sequence[Track]) -> tuple[Prediction, tuple[str, ...]]:
         """Return what the intruders are expected to do from time `t`, s, and what was wrong with tracks, in words."""
-        config, events = self._config, []
+        config = self._config
         rows: list[FloatArray] = []
         owners: list[Track] = []
         doubts: list[bool] = []
-        unsound = set()
-        for track in tracks:
-            if track.is_ownship or (track.status is TrackStatus.TENTATIVE and not config.tentative):
-                continue
-            used, doubt = track, 0.0
-            if _finite(track):
-                self._sound[track.id] = track
-            else:
-                self.counters["not_finite"] += 1
-                unsound.add(track.id)
-                stand_in = self._stand_in(t, track)
-                if track.id not in self._unsound:
-                    how = "it cannot be avoided" if stand_in is None else "it is avoided where it would be"
-                    events.append(f"track {track.label} is not finite: {how}")
-                if stand_in is None:
-                    self.counters["unusable"] += 1
-                    continue
-                used, doubt = stand_in, config.sigma_cap
-            expected = self._hypotheses(t, used, doubt, ownship)
+        others = [
+            track
+            for track in tracks
+            if not track.is_ownship and (config.tentative or track.status is not TrackStatus.TENTATIVE)
+        ]
+        usable, events = self._tracks.step(t, others)
+        for used, sound in usable:
+            expected = self._hypotheses(t, used, 0.0 if sound else config.sigma_cap, ownship)
             possible = self._climb_doubts(used, expected[0])
             rows += [*expected, *possible]
             owners += [used] * (len(expected) + len(possible))
             doubts += [False] * len(expected) + [True] * len(possible)
-        self._unsound = unsound
-        self._sound = {key: track for key, track in self._sound.items() if t - track.t <= config.ghost_s}
         return self._soonest(ownship, rows, owners, doubts), tuple(events)
-
-    def _stand_in(self, t: float, track: Track) -> Track | None:
-        """Return the last sound state of a track that is not finite, or what of it still says where it is."""
-        sound = self._sound.get(track.id)
-        if np.isfinite(track.position).all() and np.isfinite(track.velocity).all():
-            return dataclasses.replace(track, acceleration=np.zeros(3), covariance=np.zeros((9, 9)))
-        if sound is not None and t - sound.t <= self._config.ghost_s:
-            return sound
-        if np.isfinite(track.position).all():
-            return dataclasses.replace(
-                track, velocity=np.zeros(3), acceleration=np.zeros(3), covariance=np.zeros((9, 9))
-            )
-        return None
 
     def _hypotheses(self, t: float, track: Track, doubt: float, ownship: Ownship) -> list[FloatArray]:
         config = self._config
@@ -164,7 +143,7 @@ class Predictor:
             distance = np.hypot(*(array[:, :2] - ownship.position[:2]).T) - array[:, ik.RADIUS]
             closing = np.hypot(array[:, 3], array[:, 4]) + math.hypot(*ownship.velocity[:2])
             order = np.argsort(distance / np.maximum(closing, 1e-3), kind="stable")[:most]
-            self.counters["left_out"] += len(rows) - most
+            self._left_out += len(rows) - most
             return Prediction(array[order], tuple(owners[i] for i in order), np.array(doubts)[order])
         return Prediction(np.array(rows).reshape(-1, ik.N_INTRUDER), tuple(owners), np.array(doubts, bool))
 
@@ -187,8 +166,3 @@ def _variances_at(track: Track, t: float) -> list[float]:
     now, both, rate = p[:3, :3].diagonal(), p[:3, 3:6].diagonal(), p[3:6, 3:6].diagonal()
     variances: list[float] = (now + 2.0 * t * both + t * t * rate).tolist()
     return variances
-
-
-def _finite(track: Track) -> bool:
-    total = track.position.sum() + track.velocity.sum() + track.acceleration.sum() + track.covariance.sum()
-    return math.isfinite(total)

@@ -1,0 +1,75 @@
+"""Tracks that can be used, and what stands in for those that are not finite."""
+
+import dataclasses
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from wideberth.types import Track
+
+
+class SoundTracks:
+    """Remembers the last sound state of each track.
+
+    A track that is not finite is taken where its last sound state leads, for `ghost` seconds; without a sound state,
+    where it was reported, if it was. What could not be used is counted, and said once.
+
+    Parameters
+    ----------
+    ghost : float
+        How long a sound state is remembered, s.
+
+    Attributes
+    ----------
+    counters : dict of str to int
+        ``not_finite`` and ``unusable``.
+    """
+
+    def __init__(self, ghost: float) -> None:
+        self._ghost = ghost
+        self._sound: dict[str, Track] = {}
+        self._unsound: set[str] = set()
+        self.counters = {"not_finite": 0, "unusable": 0}
+
+    def step(self, t: float, tracks: Sequence[Track]) -> tuple[list[tuple[Track, bool]], list[str]]:
+        """Return the tracks to use at time `t`, s, each with whether it is sound, and what was wrong, in words."""
+        used: list[tuple[Track, bool]] = []
+        events: list[str] = []
+        unsound = set()
+        for track in tracks:
+            if _finite(track):
+                self._sound[track.id] = track
+                used.append((track, True))
+                continue
+            self.counters["not_finite"] += 1
+            unsound.add(track.id)
+            stand_in = self._stand_in(t, track)
+            if track.id not in self._unsound:
+                how = "it cannot be avoided" if stand_in is None else "it is avoided where it would be"
+                events.append(f"track {track.label} is not finite: {how}")
+            if stand_in is None:
+                self.counters["unusable"] += 1
+            else:
+                used.append((stand_in, False))
+        self._unsound = unsound
+        self._sound = {key: track for key, track in self._sound.items() if t - track.t <= self._ghost}
+        return used, events
+
+    def _stand_in(self, t: float, track: Track) -> Track | None:
+        """Return the last sound state of a track that is not finite, or what of it still says where it is."""
+        sound = self._sound.get(track.id)
+        if np.isfinite(track.position).all() and np.isfinite(track.velocity).all():
+            return dataclasses.replace(track, acceleration=np.zeros(3), covariance=np.zeros((9, 9)))
+        if sound is not None and t - sound.t <= self._ghost:
+            return sound
+        if np.isfinite(track.position).all():
+            return dataclasses.replace(
+                track, velocity=np.zeros(3), acceleration=np.zeros(3), covariance=np.zeros((9, 9))
+            )
+        return None
+
+
+def _finite(track: Track) -> bool:
+    total = track.position.sum() + track.velocity.sum() + track.acceleration.sum() + track.covariance.sum()
+    return math.isfinite(total)

@@ -89,3 +89,17 @@ def output(
     covariance[range(3), range(3)] += bias[[0, 0, 1]]
     covariance[:2, :2] += latency**2 * np.outer(velocity[:2], velocity[:2])
     return position, velocity, acceleration, covariance, spread
+
+
+def delay_on_path(
+    offset: FloatArray, velocity: FloatArray, track: FloatArray, margin: float, latest: float, turn_rate: float
+) -> float | None:
+    """Return the delay at which the aircraft was nearest to an offset behind it; None where it was elsewhere."""
+    speed = float(np.linalg.norm(velocity))
+    if speed < 1.0 or velocity @ track < 0.5 * speed * np.linalg.norm(track):
+        return None
+    delays = np.linspace(-1.1 * latest, 1.1 * latest, 20_001)
+    away = np.linalg.norm(offset + delays[:, None] * velocity, axis=1)
+    delay, across = float(delays[away.argmin()]), float(away.min())
+    fits = abs(delay) <= latest and across <= margin + 0.5 * turn_rate * speed * delay**2
+    return delay if fits else None

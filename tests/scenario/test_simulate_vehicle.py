@@ -116,15 +116,16 @@ def _fly(link: Autopilot, ours: socket.socket, vehicle: SimulatedVehicle) -> Non
             return
 
 
-def test_jsbsim_flies_the_mission():
+@pytest.mark.parametrize("wind", [(0.0, 0.0, 0.0), (-3.0, 8.0, 0.0)], ids=["still air", "wind"])
+def test_jsbsim_flies_the_mission(wind):
     pytest.importorskip("jsbsim", reason="jsbsim is not installed")
     from wideberth.live.jsbsim_body import CRUISE_SPEED, JsbsimBody
 
     items = tuple(items_of([place(3000, 0, 400), place(3000, 3000, 400)]))
     mission = VehicleMission(FRAME, HOME, items, place(0, 0, 400), None)
-    vehicle = SimulatedVehicle(PLANE, mission, CRUISE_SPEED, JsbsimBody(FRAME))
+    vehicle = SimulatedVehicle(PLANE, mission, CRUISE_SPEED, JsbsimBody(FRAME, np.array(wind)))
     flown = []
-    for k in range(1600):
+    for k in range(1800):
         vehicle.advance(1e9 + 0.1 * k)
         flown.append(vehicle.autopilot._own)
         if vehicle.is_finished:
@@ -190,7 +191,8 @@ def test_wrong_options_say_what_to_do(options, message, tmp_path) -> None:
     result = CliRunner().invoke(app, ["simulate-vehicle", "--mission", str(path), *options])
     assert result.exit_code == 2
     assert message in result.output
-    for wrong in (["tcp:127.0.0.1:1"], ["tcpin:127.0.0.1:1", "tcpin:127.0.0.1:2"], ["udp:127.0.0.1:0"]):
+    twice = [[f"{kind}:127.0.0.1:1", f"{kind}:127.0.0.1:2"] for kind in ("tcpin", "udpin")]
+    for wrong in (["tcp:127.0.0.1:1"], *twice, ["udp:127.0.0.1:0"]):
         with pytest.raises(InputError, match=f"--connect '{wrong[-1]}': write udp:127.0.0.1:14550"):
             parse_peers(wrong)
 
@@ -200,8 +202,8 @@ def test_ground_stations_connect_by_tcp_go_away_and_come_back() -> None:
     vehicle = SimulatedVehicle(COPTER, plan)
     with socket.create_server(("127.0.0.1", 0)) as free:
         port = free.getsockname()[1]
-    peers, listen = parse_peers([f"tcpin:127.0.0.1:{port}"])
-    assert peers == [] and listen == ("127.0.0.1", port)
+    peers, listen, answer = parse_peers([f"tcpin:127.0.0.1:{port}"])
+    assert peers == [] and listen == ("127.0.0.1", port) and answer is None
     ended: list[int] = []
     thread = threading.Thread(target=serve, args=(vehicle, peers), kwargs={"listen": listen, "until": lambda: ended})
     thread.start()

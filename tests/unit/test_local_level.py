@@ -278,6 +278,30 @@ def test_a_maneuver_is_kept_until_the_sky_is_clear_and_then_the_mission_is_compl
     assert abs(steps[-1].ownship.position[1]) < 10 and separation(steps, intruder) > 3
 
 
+def test_a_maneuver_goes_straight_on_where_the_traffic_is_still_passing():
+    """A slow aircraft flies along: longer than the map's 104 s there is no way back, and no other path is needed."""
+    slow = track([400.0, 0.0, -ALTITUDE], [SPEED - 2.0, 0.0, 0.0])
+    steps, _ = fly(planner(), [slow], 140)
+    (first, maneuver), *others = maneuvers(steps)
+    legs = np.diff(maneuver.waypoints[-3:], axis=0)
+    assert maneuver.times[-1] - maneuver.times[-2] == pytest.approx(60.0)
+    assert maneuver.valid_until == maneuver.times[-1] == pytest.approx(first.t + 164.0)
+    assert legs[1][2] == 0.0 and np.hypot(*legs[1][:2]) == pytest.approx(60.0 * SPEED)
+    assert all(second.t - first.t < 90.0 for second, _ in others)
+
+
+def test_what_is_lost_soon_is_escaped_at_once():
+    plan = planner()
+    first, _ = plan.decide(0.0, north(), [head_on(60.0)], [], mission())
+    assert first is not None
+    # A second aircraft comes up close on the path being flown: before the maneuver has settled.
+    ahead = first.waypoints[0] - north().position
+    unit = ahead / np.linalg.norm(ahead)
+    other = track(unit * 100.0 * 25.0 + [0.0, 0.0, -ALTITUDE], -60.0 * unit, t=1.0, name="b00001")
+    second, _ = plan.decide(1.0, north(1.0, ahead=SPEED), [head_on(59.0), other], [], mission())
+    assert second is not None and second.t == 1.0
+
+
 def test_the_same_situation_keeps_the_same_maneuver():
     """Nothing changes but the time: the maneuver stays the same object."""
     steps, _ = fly(planner(), [head_on(45.0)], 45)
@@ -313,6 +337,11 @@ def test_the_same_inputs_give_the_same_decisions():
     flights = [fly(planner(), [head_on(50.0), track([3000, 2500, -880], [0, -45, 0], name="b")], 70)[0] for _ in "ab"]
     for a, b in zip(*flights, strict=True):
         assert a.events == b.events and np.array_equal(a.ownship.position, b.ownship.position)
+
+
+def test_more_buffer_to_keep_than_to_choose_is_refused():
+    with pytest.raises(ValueError, match="keep_buffer must not exceed buffer"):
+        LocalLevelConfig(buffer=1.0, keep_buffer=1.2)
 
 
 def test_limits_in_the_wrong_order_are_refused():

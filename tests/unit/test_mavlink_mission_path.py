@@ -23,9 +23,9 @@ def command(number: int, *params: float, z: float = 0.0, frame: int = mavlink.MA
     return Item(frame, number, (one, two, 0.0, 0.0), 0, 0, z)
 
 
-def test_waypoints_begin_at_home() -> None:
+def test_waypoints_begin_at_home_in_the_air_where_there_is_no_takeoff() -> None:
     found = path([A, B, C])
-    assert np.allclose(found.waypoints, [place(0, 0, 0), place(100, 0), place(100, 200), place(0, 200)], atol=0.02)
+    assert np.allclose(found.waypoints, [place(0, 0), place(100, 0), place(100, 200), place(0, 200)], atol=0.02)
     assert found.seqs == [-1, 0, 1, 2]
     assert path([A, A, B], home_is_item_0=True).seqs == [-1, 1, 2]
 
@@ -52,7 +52,7 @@ def test_speeds_change_with_the_commands() -> None:
 def test_takeoff_without_a_place_is_above_home_and_return_leads_home() -> None:
     takeoff = command(mavlink.MAV_CMD_NAV_TAKEOFF, z=50.0, frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
     found = path([takeoff, A, command(mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH), B])
-    assert np.allclose(found.waypoints[1], place(0, 0, 50.0), atol=0.02)
+    assert np.allclose(found.waypoints[:2], [place(0, 0, 0), place(0, 0, 50.0)], atol=0.02)
     assert np.allclose(found.waypoints[3], place(0, 0), atol=0.02)
     assert len(found) == 4  # nothing is flown after the return
 

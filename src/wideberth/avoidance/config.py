@@ -32,6 +32,9 @@ class LocalLevelConfig(PartConfig):
     outer_half_height_m: float = Field(700 * FOOT, gt=0)
     outer_tau_s: float = Field(35.0, ge=0, description="modified tau of the outer volume; 0: a plain cylinder")
     buffer: float = Field(1.1, ge=1, le=3, description="factor on the inner and outer volumes while planning")
+    keep_buffer: float = Field(
+        1.0, ge=0.5, le=3, description="the same, for the decision to keep a maneuver; at most buffer"
+    )
     return_buffer: float = Field(
         1.2, ge=1, le=3, description="the same, for the decision that the mission is safe again"
     )
@@ -85,6 +88,9 @@ class LocalLevelConfig(PartConfig):
     trigger_collision_half_height_m: float = Field(100 * FOOT, gt=0)
     trigger_sigmas: float = Field(3.0, ge=0, le=6, description="m1 = m2 of algorithm 2 for that detection")
     settle_s: float = Field(4.0, ge=0, description="a new maneuver is not replaced sooner, but to escape")
+    escape_s: float = Field(
+        60.0, ge=0, description="what a new maneuver would lose within this time is escaped before it has settled"
+    )
     hold_s: float = Field(8.0, ge=0, description="least time that a maneuver is flown")
     clear_s: float = Field(3.0, ge=0, description="how long the mission must look safe before it is resumed")
     renew_s: float = Field(20.0, ge=0, description="a maneuver that stays clear is not questioned for this long")
@@ -107,6 +113,8 @@ class LocalLevelConfig(PartConfig):
     def _ordered(self) -> Self:
         if self.altitude_max_m <= self.altitude_min_m:
             raise ValueError("altitude_max_m must be above altitude_min_m")
+        if self.keep_buffer > self.buffer:
+            raise ValueError("keep_buffer must not exceed buffer")
         for name in ("radius_m", "half_height_m"):
             for volume in ("hard", "inner"):
                 if getattr(self, f"{volume}_{name}") > getattr(self, f"outer_{name}"):

@@ -27,6 +27,7 @@ from wideberth.avoidance.keep_out.kernels import volumes_entered
 from wideberth.avoidance.kernels import (
     COST,
     FIRST_HARD,
+    FIRST_INNER,
     FIRST_OUTER,
     TIME_HARD,
     TIME_INNER,
@@ -55,13 +56,14 @@ N_PLAN = 8
 
 # When to decide what.
 DT, TRIGGER, HOLD, CLEAR_TIME, SWITCH_RATIO, SWITCH_GAIN, RETURN_MARGIN, RENEW = 0, 1, 2, 3, 4, 5, 6, 7
-TRIGGER_NOW, SETTLE, TRIGGER_KIND, HORIZON, TENTATIVE = 8, 9, 10, 11, 12
-N_POLICY = 13
+TRIGGER_NOW, SETTLE, TRIGGER_KIND, HORIZON, TENTATIVE, KEEP_MARGIN, ESCAPE = 8, 9, 10, 11, 12, 13, 14
+N_POLICY = 15
 
 # What a maneuver waits for: the path ahead alone, or a detection as well.
 ON_PATH, ON_DETECTION = 0, 1
 
 EXHAUSTED = 10.0  # s before its last waypoint's time a maneuver must be replaced
+CARRY_ON = 60.0  # s that a maneuver goes straight on after the map, so that it does not end where the traffic passes
 COST_KEEP_OUT = 1e6  # of a flown path that enters a keep-out volume
 SAME_PLACE = 150.0  # m: closer than this a plan begins like the mission
 
@@ -148,8 +150,8 @@ class Memory(NamedTuple):
     ----------
     plan : ndarray, shape (N_PLAN,)
         The maneuver being flown.
-    points, speeds, times : ndarray, shape (rings + 1, 3), (rings + 1,), (rings + 1,)
-        Its waypoints; the first is where it began.
+    points, speeds, times : ndarray, shape (rings + 2, 3), (rings + 2,), (rings + 2,)
+        Its waypoints; the first is where it began, the last straight on after the map.
     held : ndarray of int, shape (1 + n,)
         How many aircraft it avoids, and their keys.
     limits : ndarray, shape (N_LIMITS,)
@@ -280,16 +282,18 @@ def decide(
         n_points = int(plan[N_POINTS])
         index = int(plan[POINT_INDEX])
         look_ahead(x, memory.points[:n_points], memory.speeds[:n_points], index, settings.free, dt, states)
-        evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_kept)
+        # With a smaller margin than it was chosen with: an estimate that wavers is no reason for another path.
+        evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, policy[KEEP_MARGIN], risk, met_kept)
         kept_cost = path_cost(states, goal, wanted, climb_rate, intruders, weight, n_intruders, settings, met_kept)
         exhausted = index >= n_points or t > memory.times[n_points - 1] - EXHAUSTED
         settled = t - plan[T_CHOSEN] >= policy[SETTLE]
         if flight_enters(states, settings.volumes, settings.vertices):
             kept_cost += COST_KEEP_OUT
             exhausted = True
-        if not settled and met_kept[TIME_HARD] == 0.0 and met_kept[TIME_INNER] == 0.0 and not exhausted:
+        # What would be lost late can wait: by then the traffic is better known.
+        if not settled and min(met_kept[FIRST_HARD], met_kept[FIRST_INNER]) > policy[ESCAPE] and not exhausted:
             return KEEP
-        if met_kept[FIRST_OUTER] > policy[TRIGGER] and t - plan[T_CHOSEN] < policy[RENEW] and not exhausted:
+        if met_kept[FIRST_OUTER] > policy[ESCAPE] and t - plan[T_CHOSEN] < policy[RENEW] and not exhausted:
             return KEEP
 
     start[NORTH], start[EAST], start[DOWN] = x[0], x[1], x[2]
@@ -302,14 +306,19 @@ def decide(
     )  # fmt: skip
     if count == 0:
         return KEEP if active else MISSION
-    new_points, new_times = np.empty((count + 1, 3)), np.empty(count + 1)
-    new_speeds = np.full(count + 1, wanted)
+    new_points, new_times = np.empty((count + 2, 3)), np.empty(count + 2)
+    new_speeds = np.full(count + 2, wanted)
     new_points[0, 0], new_points[0, 1], new_points[0, 2], new_times[0] = x[0], x[1], x[2], t
     elapsed = 0.0
     for ring in range(count):
         elapsed += ring_steps[ring] * dt
         new_points[ring + 1] = labels[path[ring], :3]
         new_times[ring + 1] = t + elapsed
+    end = labels[path[count - 1]]
+    new_points[count + 1, 0] = end[NORTH] + CARRY_ON * wanted * math.cos(end[COURSE])
+    new_points[count + 1, 1] = end[EAST] + CARRY_ON * wanted * math.sin(end[COURSE])
+    new_points[count + 1, 2] = end[DOWN]
+    new_times[count + 1] = new_times[count] + CARRY_ON
     look_ahead(x, new_points, new_speeds, 1, settings.free, dt, states)
     evaluate_path(states, STRIDE, n, dt, intruders, weight, n_intruders, 1.0, risk, met_new)
     new_cost = path_cost(states, goal, wanted, climb_rate, intruders, weight, n_intruders, settings, met_new)
@@ -332,9 +341,9 @@ def decide(
         better = new_cost < policy[SWITCH_RATIO] * kept_cost and kept_cost - new_cost > policy[SWITCH_GAIN]
         if not rescued and not exhausted and (reverses or not better):
             return KEEP
-    memory.points[: count + 1] = new_points
-    memory.times[: count + 1] = new_times
-    memory.speeds[: count + 1] = new_speeds
+    memory.points[: count + 2] = new_points
+    memory.times[: count + 2] = new_times
+    memory.speeds[: count + 2] = new_speeds
     if not active:
         plan[TURN_SENSE] = plan[CLIMB_SENSE] = 0.0
         plan[SAFE_SINCE] = math.inf
@@ -342,7 +351,7 @@ def decide(
         plan[TURN_SENSE] = turned
     if climbed != 0:
         plan[CLIMB_SENSE] = climbed
-    plan[ACTIVE], plan[T_CHOSEN], plan[N_POINTS], plan[POINT_INDEX] = 1.0, t, count + 1, 1.0
+    plan[ACTIVE], plan[T_CHOSEN], plan[N_POINTS], plan[POINT_INDEX] = 1.0, t, count + 2, 1.0
     plan[LEAST_BAD] = 1.0 if met_new[TIME_HARD] > 0.0 else 0.0
     return NEW
 

@@ -117,7 +117,7 @@ class LocalLevelPlanner:
             ids = self._maneuver.threat_ids
         by_id = {threat.track_id: threat for threat in threats}
         first = involved[0] if involved else None
-        committed = self._memory.path[: min(gk.COMMITTED_RINGS, n - 1)]
+        committed = self._memory.path[: gk.COMMITTED_RINGS]
         courses = [float(rk.wrap(self._memory.labels[node, gk.COURSE] - x[4])) for node in committed]
         reason = describe_maneuver(
             label=first.label if first else None,
@@ -187,9 +187,9 @@ def new_memory(config: LocalLevelConfig, vehicle: FloatArray) -> dk.Memory:
     steps = int(map_.arrays(config.grid_step_s)[1].sum())
     return dk.Memory(
         plan=np.zeros(dk.N_PLAN),
-        points=np.zeros((rings + 1, 3)),
-        speeds=np.zeros(rings + 1),
-        times=np.zeros(rings + 1),
+        points=np.zeros((rings + 2, 3)),
+        speeds=np.zeros(rings + 2),
+        times=np.zeros(rings + 2),
         held=np.zeros(1 + _HELD_MAX, np.int64),
         limits=limits_array(config, vehicle),
         states=np.zeros((dk.STRIDE * steps + 1, 7)),
@@ -278,7 +278,8 @@ def policy_array(config: LocalLevelConfig, horizon: float) -> FloatArray:
     policy[dk.HOLD], policy[dk.CLEAR_TIME] = config.hold_s, config.clear_s
     policy[dk.SWITCH_RATIO], policy[dk.SWITCH_GAIN] = config.switch_ratio, config.switch_gain
     policy[dk.RETURN_MARGIN] = min(rk.MARGIN_MAX, max(1.0, config.return_buffer / config.buffer))
-    policy[dk.RENEW] = config.renew_s
+    policy[dk.KEEP_MARGIN] = config.keep_buffer / config.buffer
+    policy[dk.RENEW], policy[dk.ESCAPE] = config.renew_s, config.escape_s
     policy[dk.SETTLE] = config.settle_s
     policy[dk.TRIGGER_NOW] = config.trigger_now_s
     policy[dk.TRIGGER_KIND] = dk.ON_DETECTION if config.trigger == "detection" else dk.ON_PATH

@@ -253,7 +253,7 @@ def warmup() -> None:
         np.ones(N_RISK), np.ones(2), np.ones(N_POLICY), np.ones(8), np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
     )  # fmt: skip
     memory = Memory(
-        np.zeros(N_PLAN), np.zeros((2, 3)), np.zeros(2), np.zeros(2), np.zeros(2, np.int64), np.ones(N_LIMITS),
+        np.zeros(N_PLAN), np.zeros((3, 3)), np.zeros(3), np.zeros(3), np.zeros(2, np.int64), np.ones(N_LIMITS),
         np.zeros((7, 7)), np.zeros((1, N_LABEL)), np.zeros(1, np.int64), np.zeros(1, np.int64), np.zeros((3, N_MET)),
     )  # fmt: skip
     state = np.zeros((1, 3))

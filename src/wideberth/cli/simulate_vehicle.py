@@ -24,8 +24,8 @@ def simulate_vehicle(
     connect: Annotated[
         list[str] | None,
         typer.Option(
-            help="Where to send to, udp:HOST:PORT, or to be connected to, tcpin:HOST:PORT; may be repeated.  "
-            "[default: udp:127.0.0.1:14550]"
+            help="Where to send to, udp:HOST:PORT, or to be connected to, udpin:HOST:PORT or tcpin:HOST:PORT; may be "
+            "repeated.  [default: udp:127.0.0.1:14550]"
         ),
     ] = None,
     speed: Annotated[str | None, typer.Option(help="Cruise speed, such as 20m/s.", show_default=False)] = None,
@@ -61,8 +61,6 @@ def simulate_vehicle(
 
         speed_of_air, origin = quantity("--wind", wind, "speed"), quantity("--wind-from", wind_from, "angle")
         blown = -speed_of_air * np.array([cos(origin), sin(origin), 0.0])
-    if blown is not None and dynamics == "jsbsim":
-        raise InputError("--wind: only with --dynamics own")
     altitude = quantity("--home-altitude", home_altitude, "length")
     import contextlib
     import signal
@@ -73,14 +71,14 @@ def simulate_vehicle(
     from wideberth.live.vehicle_mission import read_vehicle_mission
 
     places = connect or ["udp:127.0.0.1:14550"]
-    peers, listen = parse_peers(places)
+    links = parse_peers(places)
     key = None if signing_key is None else key_of(signing_key)
     plan = read_vehicle_mission(mission, altitude)
     body = None
     if dynamics == "jsbsim":
         from wideberth.live.jsbsim_body import CRUISE_SPEED, JsbsimBody
 
-        body, cruise = JsbsimBody(plan.frame), cruise or CRUISE_SPEED
+        body, cruise = JsbsimBody(plan.frame, plan.wind if blown is None else blown), cruise or CRUISE_SPEED
     flown = SimulatedVehicle(VehicleKind(autopilot, vehicle), plan, cruise, body, key, blown)
     ended: list[int] = []
     signal.signal(signal.SIGTERM, lambda number, _frame: ended.append(number))
@@ -90,10 +88,12 @@ def simulate_vehicle(
         log = None if tlog is None else stack.enter_context(tlog.open("wb"))
         serve(
             flown,
-            peers,
-            listen=listen,
+            links.peers,
+            listen=links.listen,
+            answer=links.answer,
             speed_up=speed_up,
             until=lambda: bool(ended) or (until_done and flown.is_finished),
             tlog=log,
+            tell=lambda text: typer.echo(text, err=True),
         )
     typer.echo("mission completed" if flown.is_finished else "stopped before the mission was completed", err=True)

@@ -29,11 +29,13 @@ _LIMITS = PointMassConfig(
 
 
 class JsbsimBody:
-    """A plane whose motion JSBSim reckons; its autopilot holds heading and altitude, ours the speed.
+    """A plane whose motion JSBSim reckons; its autopilot holds heading and altitude, ours the airspeed.
 
     Parameters
     ----------
     frame : LocalFrame
+    wind : ndarray, shape (3,), optional
+        Velocity of the air, local NED, m/s.
 
     Raises
     ------
@@ -41,12 +43,13 @@ class JsbsimBody:
         If jsbsim is not installed.
     """
 
-    def __init__(self, frame: LocalFrame) -> None:
+    def __init__(self, frame: LocalFrame, wind: FloatArray | None = None) -> None:
         try:
             import jsbsim
         except ImportError as error:
             raise InputError("--dynamics jsbsim needs jsbsim: pip install 'wideberth[jsbsim]'") from error
         self._frame = frame
+        self._wind = np.zeros(3) if wind is None else np.asarray(wind, float)
         self._jsbsim: Any = jsbsim
         self._params = parameters(_LIMITS)
         self._command = np.zeros(3)
@@ -64,8 +67,11 @@ class JsbsimBody:
         fdm.set_dt(_STEP_S)
         fdm["ic/lat-geod-deg"], fdm["ic/long-gc-deg"] = math.degrees(latitude), math.degrees(longitude)
         fdm["ic/h-sl-ft"] = float(altitude) / FOOT
-        fdm["ic/psi-true-deg"] = math.degrees(math.atan2(velocity[1], velocity[0])) % 360.0
-        fdm["ic/vt-fps"] = math.hypot(velocity[0], velocity[1]) / FOOT
+        through_air = velocity - self._wind
+        fdm["ic/psi-true-deg"] = math.degrees(math.atan2(through_air[1], through_air[0])) % 360.0
+        fdm["ic/vw-mag-fps"] = math.hypot(self._wind[0], self._wind[1]) / FOOT
+        fdm["ic/vw-dir-deg"] = math.degrees(math.atan2(self._wind[1], self._wind[0])) % 360.0  # where it blows to
+        fdm["ic/vn-fps"], fdm["ic/ve-fps"], fdm["ic/vd-fps"] = velocity / FOOT
         fdm["propulsion/set-running"] = -1
         fdm["fcs/mixture-cmd-norm"] = 0.87
         fdm.run_ic()
@@ -77,8 +83,8 @@ class JsbsimBody:
     def fly(self, target: FlightTarget, dt: float) -> None:
         """Fly towards a target for `dt` seconds."""
         fdm = self._fdm
-        speed, course, altitude = self._wanted(target)
-        fdm["ap/heading_setpoint"] = math.degrees(course) % 360.0
+        speed, heading, altitude = self._wanted(target)
+        fdm["ap/heading_setpoint"] = math.degrees(heading) % 360.0
         fdm["ap/altitude_setpoint"] = altitude / FOOT
         self._left += dt
         while self._left >= _STEP_S:
@@ -94,22 +100,27 @@ class JsbsimBody:
         return Ownship(t, self._position.copy(), self._velocity.copy(), self._attitude.copy())
 
     def _wanted(self, target: FlightTarget) -> tuple[float, float, float]:
-        """Return speed (m/s), course (rad) and altitude (m)."""
+        """Return airspeed (m/s), heading (rad) and altitude (m)."""
         if target.holds:
             away = self._position[:2] - target.end[:2]
             distance = math.hypot(away[0], away[1])
             course = orbit_course(distance, math.atan2(away[1], away[0]), _ORBIT_M, 1.0, K_ORBIT)
-            return CRUISE_SPEED, course, -float(target.end[2])
-        speed = math.hypot(self._velocity[0], self._velocity[1])
-        course = math.atan2(self._velocity[1], self._velocity[0])
-        state = np.array([*self._position, speed, course, 0.0, 0.0])
+            return CRUISE_SPEED, self._heading(course, CRUISE_SPEED), -float(target.end[2])
+        through_air = self._velocity - self._wind
+        airspeed = math.hypot(through_air[0], through_air[1])
+        state = np.array([*self._position, airspeed, math.atan2(through_air[1], through_air[0]), 0.0, 0.0])
         points, speeds = np.vstack([target.start, target.end]), np.full(2, max(target.speed, 1.0))
-        kernels.follow_path(state, points, speeds, 1, self._params, np.zeros(3), self._command)
+        kernels.follow_path(state, points, speeds, 1, self._params, self._wind, self._command)
         leg = (target.end - target.start)[:2]
         length2 = float(leg @ leg)
         share = 1.0 if length2 < 1.0 else float((self._position - target.start)[:2] @ leg) / length2
         down = target.start[2] + kernels.clip(share, 0.0, 1.0) * (target.end[2] - target.start[2])
-        return float(self._command[0]), float(self._command[1]), -float(down)
+        return float(self._command[0]), self._heading(float(self._command[1]), airspeed), -float(down)
+
+    def _heading(self, course: float, airspeed: float) -> float:
+        """Return the heading (rad) that leads along a course in the wind."""
+        across = self._wind[1] * math.cos(course) - self._wind[0] * math.sin(course)
+        return course - math.asin(kernels.clip(across / max(airspeed, 1.0), -1.0, 1.0))
 
     def _read(self) -> None:
         fdm = self._fdm

@@ -3,7 +3,7 @@
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import BinaryIO
+from typing import BinaryIO, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from wideberth.links.mavlink.simulated_autopilot import FlightTarget, SimulatedA
 from wideberth.links.mavlink.telemetry_log import tlog_record
 from wideberth.links.mavlink.wire import split_frames
 from wideberth.live.vehicle_body import Body, CopterBody, PlaneBody
-from wideberth.live.vehicle_links import VehicleLinks
+from wideberth.live.vehicle_links import Place, VehicleLinks
 from wideberth.live.vehicle_mission import VehicleMission
 from wideberth.types import FloatArray
 from wideberth.vehicles.config import MultirotorConfig, PointMassConfig
@@ -105,50 +105,69 @@ def _body(kind: VehicleKind, mission: VehicleMission, speed: float, wind: FloatA
     return PlaneBody.of(limits if isinstance(limits, PointMassConfig) else _PLANE, wind)
 
 
-def parse_peers(texts: Sequence[str]) -> tuple[list[tuple[str, int]], tuple[str, int] | None]:
-    """Return hosts and ports to send to, ``udp:host:port``, and where to listen, ``tcpin:host:port``, if anywhere.
+class VehicleAddresses(NamedTuple):
+    """Where a simulated vehicle can be spoken with.
+
+    Attributes
+    ----------
+    peers : list of tuple
+        Hosts and ports to send datagrams to.
+    listen : tuple or None
+        Host and port where ground stations may connect by TCP.
+    answer : tuple or None
+        Host and port where datagrams are taken from anybody, who is answered.
+    """
+
+    peers: list[Place]
+    listen: Place | None
+    answer: Place | None
+
+
+def parse_peers(texts: Sequence[str]) -> VehicleAddresses:
+    """Return the addresses of ``udp:host:port`` (to send to), ``udpin:host:port`` and ``tcpin:host:port`` (to listen).
 
     Raises
     ------
     InputError
-        If one is something else, or there are two to listen on.
+        If one is something else, or there are two of a kind to listen on.
     """
-    peers: list[tuple[str, int]] = []
-    listen: tuple[str, int] | None = None
+    peers: list[Place] = []
+    places: dict[str, Place] = {}
     for text in texts:
         scheme, _, rest = text.partition(":")
         host, _, port = rest.rpartition(":")
-        known = scheme in ("udp", "udpout", "tcpin") and host and port.isdecimal() and 0 < int(port) < 65536
-        if not known or (scheme == "tcpin" and listen is not None):
+        known = scheme in ("udp", "udpout", "udpin", "tcpin") and host and port.isdecimal() and 0 < int(port) < 65536
+        if not known or scheme in places:
             raise InputError(
-                f"--connect '{text}': write udp:127.0.0.1:14550, or once tcpin:127.0.0.1:5760 to be connected to"
+                f"--connect '{text}': write udp:127.0.0.1:14550, or to be connected to, once each,"
+                " udpin:127.0.0.1:14550 and tcpin:127.0.0.1:5760"
             )
-        if scheme == "tcpin":
-            listen = host, int(port)
+        if scheme in ("udpin", "tcpin"):
+            places[scheme] = host, int(port)
         else:
             peers.append((host, int(port)))
-    return peers, listen
+    return VehicleAddresses(peers, places.get("tcpin"), places.get("udpin"))
 
 
 def serve(
     vehicle: SimulatedVehicle,
-    peers: list[tuple[str, int]],
+    peers: list[Place],
     *,
-    listen: tuple[str, int] | None = None,
+    listen: Place | None = None,
+    answer: Place | None = None,
     speed_up: float = 1.0,
     until: Callable[[], bool] = lambda: False,
     tlog: BinaryIO | None = None,
     observe: Callable[[SimulatedVehicle, float], None] = lambda _vehicle, _t: None,
+    tell: Callable[[str], None] = lambda _text: None,
 ) -> None:
     """Fly a vehicle in real time, with its links served, until `until` is true.
 
     Parameters
     ----------
     vehicle : SimulatedVehicle
-    peers : list of tuple
-        Hosts and ports to send datagrams to.
-    listen : tuple, optional
-        Host and port where ground stations may connect by TCP.
+    peers, listen, answer
+        As in `VehicleAddresses`.
     speed_up : float
         Simulated seconds for each real one.
     until : callable
@@ -156,6 +175,8 @@ def serve(
         All frames sent and received are written there, as ground stations log them.
     observe : callable
         Told the vehicle and the time after each step.
+    tell : callable
+        Told in words which link fails, and when it works again.
 
     Raises
     ------
@@ -164,7 +185,7 @@ def serve(
     """
     start_unix, start = time.time(), time.monotonic()
     link = vehicle.autopilot
-    with VehicleLinks(peers, listen) as links:
+    with VehicleLinks(peers, listen, answer, tell) as links:
         previous = start_unix
         while not until():
             t = start_unix + (time.monotonic() - start) * speed_up

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from wideberth.tracking.config import AdsbKalmanConfig
+from wideberth.tracking.delay_kernels import delay_on_path
 from wideberth.tracking.filter_bank import FilterBank
 from wideberth.tracking.kernels import (
     ACCEPTED,
@@ -85,12 +86,14 @@ class AdsbAircraft:
     sensor: str = ""
     heard: float = -math.inf
     lost_before: bool = False
+    told_late: bool = False
     filters: list[AircraftFilter] = field(default_factory=list)
     position_sigma: float = 0.0
     velocity_sigma: float = 0.0
     bound: float = 0.0
     _last_position: tuple[float, float] | None = None
     _velocity: tuple[int, float, float] | None = None
+    _velocity_before: tuple[int, float, float] | None = None
     _altitude: tuple[int, float] | None = None
     _rejected: tuple[tuple[int, float, float], ...] = ()
     _consecutive: int = 0
@@ -172,7 +175,7 @@ class AdsbAircraft:
             self._last_position = position
         if outcome is None:
             if has_velocity:
-                self._velocity = (step, z[3], z[4])
+                self._velocity_before, self._velocity = self._velocity, (step, z[3], z[4])
             if has_altitude:
                 self._altitude = (step, z[2])
             if not self.filters:
@@ -282,7 +285,7 @@ class AdsbAircraft:
                 *(kept for kept in self._rejected[-8:] if kept[0] >= horizon),
                 (report.step, report.z[0], report.z[1]),
             )
-            events.extend(self._after_reject(f, report))
+            events.extend(self._after_reject(f, report, counts))
         if altitude == ACCEPTED:
             f.vertical_rejects = 0
         elif altitude == REJECTED:
@@ -375,8 +378,8 @@ class AdsbAircraft:
     def _velocity_is_recent(self, step: int) -> bool:
         return self._velocity is not None and step - self._velocity[0] <= _MEMORY_SECONDS / self.bank.dt
 
-    def _after_reject(self, f: AircraftFilter, report: Report) -> list[str]:
-        """Decide what a rejected position means: a wrong start, another aircraft, or a track that is wrong."""
+    def _after_reject(self, f: AircraftFilter, report: Report, counts: list[str]) -> list[str]:
+        """Decide what a rejected position means: a wrong start, a late one, another aircraft, or a wrong track."""
         if f.accepted < self.config.confirm_positions and len(self.filters) == 1:
             velocity = self._velocity_between(f.fix, (report.step, report.z[0], report.z[1]), report)
             if velocity is not None:
@@ -386,6 +389,12 @@ class AdsbAircraft:
         if agreeing is not None:
             first = self._rejected[-3][0]
             fed = [other for other in self.filters if other.fix[0] > first]
+            if len(fed) == len(self.filters) == 1:
+                delay = self._delay(f, report, agreeing)
+                if delay >= 0.0:
+                    return self._leave_late(f, counts)
+                if delay < 0.0:
+                    return self._restart_visibly(f, report, agreeing, "reports that came late")
             altitude = self._recent_altitude(report)
             far = all(self._away(other, report) > _SHARED_DISTANCE for other in self.filters)
             if far and len(fed) == len(self.filters) and math.isfinite(altitude):
@@ -401,10 +410,34 @@ class AdsbAircraft:
             return self._restart_visibly(oldest, report, None, f"{self._consecutive} rejected positions")
         return []
 
+    def _leave_late(self, f: AircraftFilter, counts: list[str]) -> list[str]:
+        """Count a late position, and tell of the first."""
+        self._rejected = self._rejected[-2:]
+        counts.append("position late: where its aircraft was")
+        told, self.told_late = self.told_late, True
+        return [] if told else [f"some reports of {self.name(f.number)} come seconds late: they are not used"]
+
+    def _delay(self, f: AircraftFilter, report: Report, velocity: tuple[float, float, float]) -> float:
+        """Return how late rejected positions are that go on with `velocity`, s; NaN: they are another aircraft's."""
+        north, east = self._offset(f, report)
+        v_north, v_east, _ = velocity
+        track = self.bank.x[f.slot, :2, 1].copy()
+        if self._velocity is not None and self._velocity_is_recent(report.step):
+            _, v_north, v_east = self._velocity
+            if self._velocity_before is not None:
+                # A track that late positions have spoilt may lead anywhere.
+                track[:] = self._velocity_before[1:]
+        margin = RAYLEIGH_95_RADIUS * 2.0 * math.sqrt(report.r[0])
+        return delay_on_path(north, east, v_north, v_east, track, margin)
+
     def _away(self, f: AircraftFilter, report: Report) -> float:
         """Return how far a position lies from where a filter expects it, m."""
+        return math.hypot(*self._offset(f, report))
+
+    def _offset(self, f: AircraftFilter, report: Report) -> tuple[float, float]:
+        """Return where a position lies from where a filter expects it, north and east, m."""
         x, dt = self.bank.x[f.slot], (report.step - int(self.bank.last[f.slot])) * self.bank.dt
-        return math.hypot(report.z[0] - x[0, 0] - x[0, 1] * dt, report.z[1] - x[1, 0] - x[1, 1] * dt)
+        return report.z[0] - x[0, 0] - x[0, 1] * dt, report.z[1] - x[1, 0] - x[1, 1] * dt
 
     def _restart_visibly(
         self, f: AircraftFilter, report: Report, velocity: tuple[float, float, float] | None, why: str

@@ -28,6 +28,7 @@ _PLACED = frozenset(
 _LAST = frozenset(
     {mavlink.MAV_CMD_NAV_LOITER_UNLIM, mavlink.MAV_CMD_NAV_LAND, mavlink.MAV_CMD_NAV_VTOL_LAND}
 )  # nothing is flown after these by itself
+_TAKEOFFS = frozenset({mavlink.MAV_CMD_NAV_TAKEOFF, mavlink.MAV_CMD_NAV_VTOL_TAKEOFF})
 _LONGEST = 2000  # waypoints, jumps followed
 
 
@@ -36,7 +37,7 @@ class MissionPath:
 
     DO_JUMP is followed as often as it says, as long as the path keeps below 2000 waypoints. Terrain altitudes are taken
     above home, as the ground's height along the way is not known here. A place of zeros is the one before, as
-    autopilots take it.
+    autopilots take it. A mission that does not begin with a takeoff is begun in the air: its first leg is level.
 
     Parameters
     ----------
@@ -86,6 +87,8 @@ class MissionPath:
                 if item.command in _LAST:
                     break
             seq += 1
+        if len(points) > 1 and items[self.seqs[1]].command not in _TAKEOFFS:
+            points[0] = np.array([start[0], start[1], points[1][2]])
         self.waypoints, self.speeds = np.array(points), np.array(speeds)
 
     def __len__(self) -> int:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit_uncounted
+from wideberth.tracking.delay_kernels import delay_on_path
 from wideberth.tracking.multi_target.bank_kernels import (
     Bank,
     Motion,
@@ -52,11 +53,12 @@ VERTICAL_REJECTS = 5
 SUPPORT = 0.9
 """A radar's track that a report fits exists at least with this probability."""
 
-(USED, NO_POSITION, NOT_NEW, NO_PLACE, NO_HEIGHT, OUTSIDE, SECOND_USER, SHARED, STARTED, AGAIN) = range(10)
-"""What became of a report; `SECOND_USER`: a place must be made for the other aircraft with this address."""
+(USED, NO_POSITION, NOT_NEW, NO_PLACE, NO_HEIGHT, OUTSIDE, SECOND_USER, SHARED, STARTED, AGAIN, LATE) = range(11)
+"""What became of a report; `SECOND_USER`: a place must be made for the other aircraft with this address; `LATE`: told
+seconds after it was true, without saying so."""
 
-(ALTITUDE_OUTSIDE, CLIMB_OUTSIDE, VELOCITY_OUTSIDE, TRACK_OUTSIDE, ALTITUDE_AGAIN) = range(10, 15)
-REPORT_COUNTS = 15
+(ALTITUDE_OUTSIDE, CLIMB_OUTSIDE, VELOCITY_OUTSIDE, TRACK_OUTSIDE, ALTITUDE_AGAIN) = range(11, 16)
+REPORT_COUNTS = 16
 
 
 @jit_uncounted
@@ -84,6 +86,22 @@ def agreeing(heard: Heard, u: int, t: float, z: FloatArray, speed_max: float, ma
         if math.hypot(kept[k, 1] - north, kept[k, 2] - east) > margin + 5.0 * span * span:
             return False
     return True
+
+
+@jit_uncounted
+def delay_of_rejected(filters: Bank, heard: Heard, u: int, t: float, margin: float) -> float:
+    """Return how late (s) the last positions outside the gate of `u` are, NaN where they are another aircraft's.
+
+    The parameters are those of `delay_on_path` and `take_report`.
+    """
+    first, last = heard.rejected[u, 0], heard.rejected[u, REJECTS - 1]
+    span = last[0] - first[0]
+    v_north, v_east = (last[1] - first[1]) / span, (last[2] - first[2]) / span
+    if t - heard.velocity[u, 0] <= MEMORY_S:
+        v_north, v_east = heard.velocity[u, 1], heard.velocity[u, 2]
+    x, age = filters.x[u, np.argmax(filters.mu[u])], t - heard.t[u]
+    north, east = last[1] - x[0] - age * x[3], last[2] - x[1] - age * x[4]
+    return delay_on_path(north, east, v_north, v_east, x[3:5], margin)
 
 
 @jit_uncounted
@@ -237,7 +255,14 @@ def take_report(
     if not agreeing(heard, u, t, z, rules.speed_max, margin):
         return u, OUTSIDE
     if u == row and heard.heard[u] > heard.rejected[u, 0, 0]:
-        # The other place and this one are heard in turn: two aircraft with one address.
+        # The other place and this one are heard in turn: some reports come late, or two aircraft have one address.
+        delay = delay_of_rejected(filters, heard, u, t, margin)
+        if delay >= 0.0:
+            heard.rejects[u] = REJECTS - 1
+            return u, LATE
+        if delay < 0.0:
+            start_again(filters, heard, u, u, t, z, r, rules, motion)
+            return u, AGAIN
         if other < 0:
             heard.rejects[u] = REJECTS - 1
             return u, SECOND_USER
@@ -314,5 +339,6 @@ def warmup() -> None:
     counts, z = np.zeros(REPORT_COUNTS, np.int64), np.ones(6)
     for k in range(2):
         take_report(filters, heard, 0, float(k), z + k, np.ones(6), 0.1, rules, motion, counts, m, s)
+    delay_of_rejected(filters, heard, 0, 0.0, 1.0)
     rescale(make_bank(1), filters, heard, 0, z[:4])
     support(make_bank(1), heard, 0, 0, 0.0, z, z, 0.1, rules, s)

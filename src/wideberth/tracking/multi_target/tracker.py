@@ -14,7 +14,7 @@ from wideberth.tracking.multi_target.buffers_kernels import CONFIRMED_NOW, MERGE
 from wideberth.tracking.multi_target.config import MultiTargetConfig
 from wideberth.tracking.multi_target.file_run import run_file
 from wideberth.tracking.multi_target.flat_views import FlatViews
-from wideberth.tracking.multi_target.hearing_kernels import SECOND_USER
+from wideberth.tracking.multi_target.hearing_kernels import LATE, SECOND_USER
 from wideberth.tracking.multi_target.history import History, Item
 from wideberth.tracking.multi_target.identity_kernels import ONE_WITH
 from wideberth.tracking.multi_target.intake import RADAR_KINDS, SensorLog, ready, scan_fault
@@ -69,6 +69,7 @@ class MultiTargetTracker:
         self._t_own_heard = -math.inf
         self._told: set[tuple[int, ...]] = set()
         self._told_of_reports: dict[tuple[int, int], tuple[int, int]] = {}
+        self._told_late: set[str] = set()
         self._book = AddressBook(self._config.reports)
         self._own_reports = OwnReports(self._config.reports)
         self._absorbed: dict[str, str] = {}
@@ -229,6 +230,9 @@ class MultiTargetTracker:
                 self._book.infos[place] = info
             for row in set(item.rows[outcome == SECOND_USER].tolist()):
                 self._make_second_place(row)
+            for name in sorted({self._book.name(k) for k in users[outcome == LATE].tolist()} - self._told_late):
+                self._told_late.add(name)
+                events.append(f"some reports of {name} come seconds late: they are not used")
         else:
             self._state.take_in(item)
         if known is not None:

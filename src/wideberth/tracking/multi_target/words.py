@@ -57,6 +57,7 @@ REPORT_COUNTERS = {
     heard.SHARED: "report without position of a shared address",
     heard.STARTED: "track started by a report",
     heard.AGAIN: "track started again by reports",
+    heard.LATE: "position late: where its aircraft was",
     heard.ALTITUDE_OUTSIDE: "altitude outside the gate",
     heard.CLIMB_OUTSIDE: "climb rate outside the gate",
     heard.VELOCITY_OUTSIDE: "velocity outside the gate",

@@ -214,3 +214,65 @@ def chain_forces(
         size = float(np.linalg.norm(threat))
         out[i] += threat * min(1.0, q["F_MAX"] / size) if size > 0.0 else 0.0
     return out
+
+
+def refined_path(points: FloatArray, step: float, least: float, vertical: float, bounds: Any, judge: Any) -> FloatArray:
+    """Waypoints left out in blocks, then moved with shorter and shorter steps, as long as `judge` finds it better.
+
+    `judge` gives the faults of a path (a set), its time in cylinders and its length; `bounds` are the lowest and the
+    highest `down`. Heights are changed only where the path is not free.
+    """
+    path = [np.array(place) for place in points]
+
+    def better(new: list[FloatArray], old: list[FloatArray]) -> bool:
+        (wrong, inside, length), (wrong_before, inside_before, length_before) = judge(new), judge(old)
+        if not wrong <= wrong_before:
+            return False
+        return bool(inside < inside_before - 1e-6 or (inside <= inside_before and length < length_before - 0.1))
+
+    def shorter(block: int) -> bool:
+        """Leave out `block` places from each on."""
+        nonlocal path
+        k, gained = 1, False
+        while len(path) > 2 and k < len(path) - 1:
+            new = path[:k] + path[min(k + block, len(path) - 1) :]
+            if better(new, path):
+                path, gained = new, True
+                k = min(k, len(path) - 2)
+            else:
+                k += max(1, block // 2)
+        return gained
+
+    def moved(k: int, direction: int) -> list[FloatArray]:
+        chord = path[k + 1][:2] - path[k - 1][:2]
+        ahead = chord / max(float(np.hypot(*chord)), 1e-6)
+        right = np.array([-ahead[1], ahead[0]])
+        new = [place.copy() for place in path]
+        if direction < 4:
+            new[k][:2] += step * [ahead, -ahead, right, -right][direction]
+        else:
+            lowest, highest = max(bounds[0], new[k][2]), min(bounds[1], new[k][2])
+            new[k][2] = np.clip(new[k][2] + [-1, 1][direction - 4] * step * vertical, highest, lowest)
+        return new
+
+    block = max(1, (len(path) - 2) // 2)
+    while block > 1:
+        shorter(block)
+        block = max(1, min(block, len(path) - 2) // 2)
+    while step >= least and len(path) > 2:
+        k, gained = 1, False
+        while len(path) > 2 and k < len(path) - 1:
+            without = path[:k] + path[k + 1 :]
+            if better(without, path):
+                path, gained = without, True
+                k = min(k, len(path) - 2)
+                continue
+            for direction in range(6):
+                if direction >= 4 and (vertical == 0.0 or judge(path)[1] == 0.0):
+                    break
+                while better(moved(k, direction), path):
+                    path, gained = moved(k, direction), True
+            k += 1
+        if not gained:
+            step *= 0.5
+    return np.array(path)

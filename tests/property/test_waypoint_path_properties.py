@@ -35,7 +35,7 @@ def world(rng):
         row[6:8] = 153.0, 30.5
         if rng.random() < 0.3:
             row[8:10] = rng.uniform(-0.1, 0.1), 20.0
-    return tuple(volumes), Prediction(rows, (), np.zeros(len(rows), bool))
+    return tuple(volumes), Prediction(rows, (), np.zeros(len(rows), bool), np.zeros((len(rows), 2)))
 
 
 @settings(max_examples=60)

@@ -167,7 +167,8 @@ def test_an_intruder_that_is_first_seen_inside_the_volume(fly):
 @pytest.mark.parametrize("kind", ["local_level", "astar", "astar_chain"])
 def test_a_wall_of_aircraft_without_a_feasible_path(fly, kind):
     places = [(150.0 * column, 60.0 * row) for column in range(-3, 4) for row in (-1, 0, 1)]
-    wall = [intruder(n + 1, 50.0, east, 200.0 + up, 180.0, 12.0) for n, (east, up) in enumerate(places)]
+    # Twice as fast as the ownship: it can neither be flown round nor fled from.
+    wall = [intruder(n + 1, 50.0, east, 200.0 + up, 180.0, 25.0) for n, (east, up) in enumerate(places)]
     settings = ['avoidance={kind="' + kind + '", altitude_min_m=180, altitude_max_m=220}']
     # To the conventional beamformer aircraft at one range are one plot, and the wall has gaps.
     settings.append('sensor.processing.beamformer="mvdr"')

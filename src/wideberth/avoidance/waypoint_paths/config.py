@@ -148,6 +148,10 @@ class AStarConfig(PartConfig):
         Collision cylinder about an intruder: radius d_s and full height h_s.
     plan_margin, trigger_margin : float
         The cylinder is so much larger for the search, and for what counts as a conflict.
+    plan_sigmas, plan_sigma_cap, plan_height_sigma_cap : float
+        Paths also keep clear by so many standard deviations of where the intruder will be as it passes, at most by so
+        much of the cylinder's radius and half-height: what is learned on the way then seldom closes the path. The
+        second of four searches keeps half of it, the last two none.
     sigmas, sigma_cap : float
         Standard deviations of a track's position that widen the cylinder, and at most so much of it.
     detection_distance_m, detection_height_m, detection_time_s : float
@@ -178,18 +182,21 @@ class AStarConfig(PartConfig):
         Budget of the searches of one decision: nodes, and looks at intruders; then the best path so far is taken.
     chain_distances_max : int
         The same for the chains, which then stop where they are.
+    refinement_looks_max : int
+        The same for the refinement of paths: looks of a leg at an intruder.
     length_ratio_max : float
         A path longer than so many times the direct way is searched again with a tenth of k_r, then with none, and the
-        first that is free and shorter is taken.
+        first that is free and shorter is taken. During a maneuver a longer one is replaced by a much shorter one.
     intruders_max : int
         Only so many are looked at, the soonest ones.
     constant_altitude : bool
         Plan in one level, and leave heights out of it: everybody is taken as at the ownship's altitude (thesis 5.3).
     turn_hypothesis, climb_hypothesis_mps : bool, float
         Also expect that a turn seen now goes on for `turn_time_s`; that an intruder begins to climb or sink so fast.
-    climb_sigmas : float
+    climb_sigmas, doubt_share : float
         Paths also keep clear of a climb rate so many standard deviations higher and lower, while the height in
-        `decide_by_s` seconds is not known within `known_share`. It is no conflict that begins a maneuver.
+        `decide_by_s` seconds is not known within `doubt_share` of the half-height. They are
+        no conflict that begins a maneuver.
     level_hypothesis : bool
         Also expect that an intruder that climbs or sinks levels off: climb rates are the least that tracks know.
     turn_significance, turn_time_s : float
@@ -213,13 +220,16 @@ class AStarConfig(PartConfig):
     separation_height_m: float = Field(gt=0)
     plan_margin: float = Field(0.1, ge=0, le=1)
     trigger_margin: float = Field(0.05, ge=0, le=1)
+    plan_sigmas: float = Field(1.5, ge=0, le=6)
+    plan_sigma_cap: float = Field(0.3, ge=0, le=3)
+    plan_height_sigma_cap: float = Field(1.0, ge=0, le=3)
     sigmas: float = Field(0.0, ge=0, le=6)
     sigma_cap: float = Field(0.5, ge=0, le=3)
     detection_distance_m: float = Field(gt=0)
     detection_height_m: float = Field(300.0, gt=0)
     detection_time_s: float = Field(gt=0)
     detections_needed: int = Field(3, ge=1, le=100)
-    known_share: float = Field(0.7, gt=0, le=100)
+    known_share: float = Field(0.45, gt=0, le=100)
     decide_by_s: float = Field(12.0, ge=0)
     decision_period_s: float = Field(0.1, gt=0, le=10)
     settle_s: float = Field(3.0, ge=0)
@@ -236,11 +246,13 @@ class AStarConfig(PartConfig):
     distances_max: int = Field(150_000, ge=1000, le=100_000_000)
     length_ratio_max: float = Field(1.25, ge=1)
     chain_distances_max: int = Field(100_000, ge=1000, le=100_000_000)
+    refinement_looks_max: int = Field(40_000, ge=100, le=100_000_000)
     intruders_max: int = Field(32, ge=1, le=1000)
     constant_altitude: bool
     turn_hypothesis: bool = False
     climb_hypothesis_mps: float = Field(0.0, ge=0, le=50)
     climb_sigmas: float = Field(1.5, ge=0, le=6)
+    doubt_share: float = Field(0.7, gt=0, le=100)
     level_hypothesis: bool = False
     turn_significance: float = Field(1.5, ge=0)
     turn_time_s: float = Field(20.0, ge=0)

@@ -13,11 +13,12 @@ from wideberth.avoidance.waypoint_paths.config import AStarConfig
 from wideberth.avoidance.waypoint_paths.intruder_kernels import path_inside
 from wideberth.avoidance.waypoint_paths.limits_kernels import path_flyable
 from wideberth.avoidance.waypoint_paths.prediction import Prediction
+from wideberth.avoidance.waypoint_paths.refinement import Refinement
 from wideberth.types import FloatArray
 
-# One search after the other: factors on k_r and on the cells' size.
-_CHAIN_SHARE = 2  # of the chain's budget, what is left, each time
-_TRIES = ((1.0, 1.0), (0.1, 1.0), (0.0, 1.0), (0.0, 0.5))
+_CHAIN_SHARE, _REFINEMENT_SHARE = 2, 4  # of their budgets, what is left, each time
+# One search after the other: factors on k_r, on the cells' size, and on the spreads of the predictions.
+_TRIES = ((1.0, 1.0, 1.0), (0.1, 1.0, 0.5), (0.0, 1.0, 0.0), (0.0, 0.5, 0.0))
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +79,7 @@ class PathPlanner:
         self._config, self._keep_outs = config, keep_outs
         self._search = GridSearch(config, keep_outs)
         self._chain = Chain(config, keep_outs) if with_chain else None
+        self._refinement = Refinement(config, keep_outs)
 
     def judge(self, points: FloatArray, speed: float, prediction: Prediction, cell: float = 0.0) -> JudgedPath:
         """Return a path of waypoints (n, 3), flown at `speed` (m/s), with what it meets."""
@@ -114,18 +116,19 @@ class PathPlanner:
         -------
         JudgedPath or None
             The first that is free and not too long, else the shortest free one, else the one that is in cylinders for
-            the least time; one that is too long loses the waypoints that it can do without. None without any move.
+            the least time. None without any move.
         """
         config = self._config
         if config.constant_altitude:
             goal = np.array([goal[0], goal[1], start[2]])
-        intruders = prediction.widened(config.plan_margin)
         expansions, distances, chain_distances = (
             int(share * most) for most in (config.expansions_max, config.distances_max, config.chain_distances_max)
         )
+        looks = int(share * config.refinement_looks_max)
         wanted = config.length_ratio_max * math.dist(start, goal)
         best: JudgedPath | None = None
-        for berth, cell_share in _TRIES:
+        for berth, cell_share, spread in _TRIES:
+            intruders = prediction.widened(config.plan_margin, spread)
             found = self._search.find(
                 start, course, goal, limits, intruders, berth=berth, cell_share=cell_share,
                 expansions_max=expansions, distances_max=distances,
@@ -134,36 +137,58 @@ class PathPlanner:
                 break
             expansions, distances = expansions - found.expansions, distances - found.distances
             path = self._completed(found, goal, limits, prediction)
-            tries = [path]  # the chain before it: among equals the smoother one
+            tries = [path]
             if self._chain is not None and len(path.points) > 2:
                 points, times, taken = self._chain.settle(
                     path.points, course, found.cell, limits, intruders, chain_distances // _CHAIN_SHARE
                 )
                 chain_distances -= taken
                 if self._allowed(points, times, course, limits):
-                    tries.insert(0, self._judged(points, times, prediction, found.cell, path.complete))
-            best = min([*tries, best] if best else tries, key=lambda p: _rank(p, wanted))
+                    tries.append(self._judged(points, times, prediction, found.cell, path.complete))
+            for one in tuple(tries):
+                refined, taken = self._refined(one, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE)
+                looks -= taken
+                tries.append(refined)
+            best = min([*tries, best] if best else tries, key=_rank)
             if (best.free and best.length <= wanted) or expansions <= 0 or distances <= 0:
                 break
-        if best is not None and best.length > wanted:
-            best = self._with_corners_cut(best, course, limits, prediction)
         return best
+
+    def _refined(
+        self, path: JudgedPath, course: float, limits: Limits, intruders: FloatArray, prediction: Prediction, looks: int
+    ) -> tuple[JudgedPath, int]:
+        """Return a path refined, and the looks that it took."""
+        points, taken = self._refinement.refined(path.points, course, path.cell, limits, intruders, looks)
+        judged = self.judge(points, limits.speed, prediction, path.cell)
+        return dataclasses.replace(judged, complete=path.complete), taken
 
     def follow(
         self, points: FloatArray, course: float, cell: float, limits: Limits, prediction: Prediction
     ) -> JudgedPath | None:
-        """Let the chain go on from a path that is being flown; None where it leads to nothing that can be flown.
+        """Change a path that is being flown as little as need be: refine it, and let the chain go on from it.
 
         Parameters are those of `plan`; `points` (n, 3) begin with the ownship and end with the goal.
+
+        Returns
+        -------
+        JudgedPath or None
+            The shortest that is free; else what the chain makes of it. None where that cannot be flown.
         """
-        if self._chain is None or len(points) < 3:
-            return None
         intruders = prediction.widened(self._config.plan_margin)
-        budget = self._config.chain_distances_max
-        points, times, _ = self._chain.settle(points, course, cell, limits, intruders, budget)
-        if not self._allowed(points, times, course, limits):
-            return None
-        return self._judged(points, times, prediction, cell)
+        looks = self._config.refinement_looks_max // _REFINEMENT_SHARE
+        kept = self.judge(points, limits.speed, prediction, cell)
+        tries = [self._refined(kept, course, limits, intruders, prediction, looks)[0]]
+        settled: JudgedPath | None = None
+        if self._chain is not None and len(points) > 2:
+            budget = self._config.chain_distances_max
+            points, times, _ = self._chain.settle(points, course, cell, limits, intruders, budget)
+            settled = self._judged(points, times, prediction, cell)
+            tries.append(self._refined(settled, course, limits, intruders, prediction, looks)[0])
+        free = [path for path in tries if path.free and self._allowed(path.points, path.times, course, limits)]
+        if free:
+            return min(free, key=_rank)
+        # The chain keeps the sense, which a refinement need not do.
+        return settled if settled and self._allowed(settled.points, settled.times, course, limits) else None
 
     def way_back(
         self, start: FloatArray, course: float, goal: FloatArray, rest: FloatArray, limits: Limits,
@@ -189,21 +214,6 @@ class PathPlanner:
         whole = self.judge(np.vstack([path.points, rest]), limits.speed, prediction)
         return path if self._inside(whole, 1.0 + self._config.plan_margin, prediction) == 0.0 else None
 
-    def _with_corners_cut(self, path: JudgedPath, course: float, limits: Limits, prediction: Prediction) -> JudgedPath:
-        """Return the path without the waypoints that it can do without: it stays as clear as planned."""
-        scale = 1.0 + self._config.plan_margin
-        most = self._inside(path, scale, prediction)
-        k = 1
-        while k < len(path.points) - 1:
-            shorter = self.judge(np.delete(path.points, k, axis=0), limits.speed, prediction, path.cell)
-            if self._inside(shorter, scale, prediction) <= most and self._allowed(
-                shorter.points, shorter.times, course, limits
-            ):
-                path = dataclasses.replace(shorter, complete=path.complete)
-            else:
-                k += 1
-        return path
-
     def _inside(self, path: JudgedPath, scale: float, prediction: Prediction) -> float:
         """Return the seconds of a path in cylinders larger by a factor."""
         entries = np.empty(len(prediction.rows))
@@ -227,6 +237,6 @@ class PathPlanner:
         )
 
 
-def _rank(path: JudgedPath, wanted: float) -> tuple[float, bool, float]:
+def _rank(path: JudgedPath) -> tuple[float, bool, float]:
     """Order paths: least time in cylinders, reaching the goal, short."""
-    return path.inside, not path.complete, path.length if path.length > wanted else 0.0
+    return path.inside, not path.complete, path.length

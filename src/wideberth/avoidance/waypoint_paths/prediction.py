@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 from wideberth.avoidance.sound_tracks import SoundTracks
 from wideberth.avoidance.waypoint_paths import intruder_kernels as ik
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
+from wideberth.avoidance.waypoint_paths.reacquired import without_repeats
+from wideberth.conflict.kernels import horizontal_cpa
 from wideberth.types import FloatArray, Ownship, Track, TrackStatus
 
 _TURN_SPEED_MIN = 1.0  # m/s: slower than this nothing is said to turn
@@ -28,16 +30,20 @@ class Prediction:
         Whose each row is.
     doubts : ndarray of bool, shape (m,)
         Rows that are no more than possible: paths keep clear of them, but they are no reason for a maneuver.
+    spreads : ndarray, shape (m, 2)
+        What plans add to each radius and half-height for how little is known of where the intruder passes, m.
     """
 
     rows: FloatArray
     owners: tuple[Track, ...]
     doubts: NDArray[np.bool_]
+    spreads: FloatArray
 
-    def widened(self, margin: float) -> FloatArray:
-        """Return the rows with cylinders larger by a fraction."""
+    def widened(self, margin: float, spread: float = 1.0) -> FloatArray:
+        """Return the rows as plans keep clear of them: larger by a fraction, and by so much of the spreads."""
         rows = self.rows.copy()
-        rows[:, [ik.RADIUS, ik.HALF_HEIGHT]] *= 1.0 + margin
+        sizes = [ik.RADIUS, ik.HALF_HEIGHT]
+        rows[:, sizes] = (1.0 + margin) * rows[:, sizes] + spread * self.spreads
         return rows
 
     def sigmas_at(self, i: int, t: float) -> tuple[float, float]:
@@ -79,7 +85,10 @@ class Predictor:
             if not track.is_ownship and (config.tentative or track.status is not TrackStatus.TENTATIVE)
         ]
         usable, events = self._tracks.step(t, others)
+        once = {track.id for track in without_repeats([track for track, _ in usable])}
         for used, sound in usable:
+            if used.id not in once:
+                continue
             expected = self._hypotheses(t, used, 0.0 if sound else config.sigma_cap, ownship)
             possible = self._climb_doubts(used, expected[0])
             rows += [*expected, *possible]
@@ -119,10 +128,10 @@ class Predictor:
         return rows
 
     def _climb_doubts(self, track: Track, row: FloatArray) -> list[FloatArray]:
-        """Return the rows of climb rates that are possible too; none once the height is known as conflicts need it."""
+        """Return the rows of climb rates that are possible too; none once the height is known well enough."""
         config = self._config
         down = _variances_at(track, config.decide_by_s)[2]
-        if config.constant_altitude or down <= (config.known_share * 0.5 * config.separation_height_m) ** 2:
+        if config.constant_altitude or down <= (config.doubt_share * 0.5 * config.separation_height_m) ** 2:
             return []
         return _climbing(row, config.climb_sigmas * math.sqrt(max(float(track.covariance[5, 5]), 0.0)))
 
@@ -138,14 +147,31 @@ class Predictor:
 
     def _soonest(self, ownship: Ownship, rows: list[FloatArray], owners: list[Track], doubts: list[bool]) -> Prediction:
         most = self._config.intruders_max
+        array = np.array(rows).reshape(-1, ik.N_INTRUDER)
         if len(rows) > most:
-            array = np.array(rows)
             distance = np.hypot(*(array[:, :2] - ownship.position[:2]).T) - array[:, ik.RADIUS]
             closing = np.hypot(array[:, 3], array[:, 4]) + math.hypot(*ownship.velocity[:2])
             order = np.argsort(distance / np.maximum(closing, 1e-3), kind="stable")[:most]
             self._left_out += len(rows) - most
-            return Prediction(array[order], tuple(owners[i] for i in order), np.array(doubts)[order])
-        return Prediction(np.array(rows).reshape(-1, ik.N_INTRUDER), tuple(owners), np.array(doubts, bool))
+            array, owners, doubts = array[order], [owners[i] for i in order], [doubts[i] for i in order]
+        spreads = np.array([self._spread(ownship, *pair) for pair in zip(array, owners, strict=True)], float).reshape(
+            -1, 2
+        )
+        return Prediction(array, tuple(owners), np.array(doubts, bool), spreads)
+
+    def _spread(self, ownship: Ownship, row: FloatArray, track: Track) -> tuple[float, float]:
+        """Return what is added to radius and half-height for not knowing where the intruder passes the ownship, m."""
+        config = self._config
+        apart, closing = row[:2] - ownship.position[:2], row[3:5] - ownship.velocity[:2]
+        t, _ = horizontal_cpa(apart[0], apart[1], closing[0], closing[1])
+        north, east, down = _variances_at(track, min(max(t, 0.0), config.detection_time_s))
+        level, vertical = math.sqrt(max(0.5 * (north + east), 0.0)), math.sqrt(max(down, 0.0))
+        if config.constant_altitude:
+            vertical = 0.0
+        return (
+            min(config.plan_sigmas * level, config.plan_sigma_cap * config.separation_radius_m),
+            min(config.plan_sigmas * vertical, config.plan_height_sigma_cap * 0.5 * config.separation_height_m),
+        )
 
 
 def _climbing(row: FloatArray, change: float) -> list[FloatArray]:

@@ -23,6 +23,7 @@ _SAME_PLACE = 1.0  # m
 _HOVERING = 0.3  # of the wanted speed: slower than this the ownship may begin in any direction
 _LATE = 1.5  # a maneuver may take so many times its planned time
 _SHORTER = 0.98  # of the way left: what is shorter by less is not worth a change
+_MUCH_SHORTER = 0.9  # of a path that is free and follows from the one flown: another sense costs seconds
 
 
 class AStarPlanner:
@@ -156,11 +157,14 @@ class AStarPlanner:
         avoided = self._maneuver is not None and prediction.owners[i].id in self._maneuver.threat_ids
         if entry <= (config.urgent_s if avoided else config.decide_by_s):
             return True
-        level, vertical = prediction.sigmas_at(i, entry)
-        if config.constant_altitude:
-            vertical = 0.0
-        share = config.known_share
-        return level <= share * config.separation_radius_m and vertical <= share * 0.5 * config.separation_height_m
+        level, _ = prediction.sigmas_at(i, entry)
+        return level <= config.known_share * config.separation_radius_m and self._is_height_known(i, entry, prediction)
+
+    def _is_height_known(self, i: int, t: float, prediction: Prediction) -> bool:
+        """Return whether it is known well enough how high an intruder will be in `t` seconds."""
+        config = self._config
+        _, vertical = prediction.sigmas_at(i, t)
+        return config.constant_altitude or vertical <= config.known_share * 0.5 * config.separation_height_m
 
     def _cut_short(
         self, t: float, x: FloatArray, limits: Limits, prediction: Prediction, mission: Mission
@@ -175,7 +179,7 @@ class AStarPlanner:
         back = None
         # A path seems free of one whose height is unknown, too.
         known = all(
-            self._is_known(i, self._config.decide_by_s, prediction)
+            self._is_height_known(i, self._config.decide_by_s, prediction)
             for i, owner in enumerate(prediction.owners)
             if owner.id in maneuver.threat_ids
         )
@@ -212,22 +216,11 @@ class AStarPlanner:
         events: tuple[str, ...],
     ) -> tuple[Maneuver | None, tuple[str, ...]]:
         course = self._course(x, limits)
-        new: JudgedPath | None
-        followed: JudgedPath | None = None
-        (goal, rejoin), *others = self._goals(x, limits, mission)
+        followed = None
         if self._maneuver is not None:
             points = _distinct(x[:3], self._path[self._index :])
             followed = self._planner.follow(points, course, self._cell, limits, prediction)
-        if followed is not None and followed.free:
-            new, rejoin = followed, self._rejoin
-        else:
-            share = 0.5 if others else 1.0
-            new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction, share)
-            if others and (new is None or not new.free):
-                # Somebody may cover the next waypoint: then it is given up for the one after it.
-                farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction, share)
-                if farther is not None and (new is None or farther.inside < new.inside):
-                    new, (goal, rejoin) = farther, others[0]
+        new, goal, rejoin = self._new_path(x, course, limits, prediction, mission, followed)
         ahead = self._planner.judge(_up_to(kept, goal), limits.speed, prediction, kept.cell)
         if self._maneuver is not None and self._maneuver.least_bad and not (new is not None and new.free):
             # Between paths that are not free the one begun is worth more: changing the sense takes time.
@@ -241,6 +234,37 @@ class AStarPlanner:
                 return self._maneuver, events
             new = ahead  # the first is said
         return self._adopt(t, x, new, rejoin, prediction, threats, kept, events)
+
+    def _new_path(
+        self,
+        x: FloatArray,
+        course: float,
+        limits: Limits,
+        prediction: Prediction,
+        mission: Mission,
+        followed: JudgedPath | None,
+    ) -> tuple[JudgedPath | None, FloatArray, int]:
+        """Return the path to fly, its goal, and the mission's waypoint after it.
+
+        A free one that follows from what is flown is taken if it is not too long, or unless a new one is much shorter.
+        """
+        (goal, rejoin), *others = self._goals(x, limits, mission)
+        follows = followed is not None and followed.free
+        direct = math.dist(x[:3], goal)
+        if followed is not None and follows and followed.length <= self._config.length_ratio_max * direct:
+            return followed, goal, self._rejoin
+        share = 0.5 if others and not follows else 1.0
+        new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction, share)
+        free = new is not None and new.free
+        if followed is not None and follows:
+            shorter = new is not None and free and new.length < _MUCH_SHORTER * followed.length
+            return (new, goal, rejoin) if shorter else (followed, goal, self._rejoin)
+        if others and not free:
+            # Somebody may cover the next waypoint: then it is given up for the one after it.
+            farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction, share)
+            if farther is not None and (new is None or farther.inside < new.inside):
+                return farther, *others[0]
+        return new, goal, rejoin
 
     def _goals(self, x: FloatArray, limits: Limits, mission: Mission) -> list[tuple[FloatArray, int]]:
         """Return where the way back may end on the mission, each with the mission's waypoint after it.

@@ -1,0 +1,178 @@
+"""Refinement of a path among moving cylinders: waypoints are left out, and moved by a pattern search.
+
+The search is that of Hooke and Jeeves ("Direct search" solution of numerical and statistical problems, J. ACM 8, 1961)
+over the places of the waypoints: less time in cylinders first, then a shorter way.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from wideberth._jit import jit, jit_uncounted
+from wideberth.avoidance.keep_out.kernels import N_VOLUME, path_enters
+from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, path_inside
+from wideberth.avoidance.waypoint_paths.limits_kernels import path_flyable
+
+Floats = NDArray[np.float64]
+
+# What the ownship can fly (m/s, m), bounds of altitude (m), and the search: first and last step (m), the vertical step
+# in horizontal ones, and the most looks of a leg at an intruder.
+SPEED, TURN_RADIUS, CLIMB_MAX, SINK_MAX, FLOOR, CEILING, STEP, STEP_LEAST, VERTICAL, LOOKS_MAX = range(10)
+N_REFINEMENT = 10
+
+DIRECTIONS = 6  # along, back, right, left, up, down
+_SECONDS = 1e-6  # of time in cylinders, and
+_METRES = 0.1  # of length: less is no gain
+
+
+@jit_uncounted
+def leg_times(points: Floats, n: int, speed: float, times: Floats) -> float:
+    """Write when a path flown at `speed` is at its places into `times` (>= n,), s, and return its length, m."""
+    length = 0.0
+    times[0] = 0.0
+    for i in range(n - 1):
+        dn, de = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
+        dd = points[i + 1, 2] - points[i, 2]
+        length += math.sqrt(dn * dn + de * de + dd * dd)
+        times[i + 1] = length / speed
+    return length
+
+
+@jit_uncounted
+def faults(
+    points: Floats, times: Floats, n: int, course: float, volumes: Floats, vertices: Floats, limits: Floats
+) -> int:
+    """Return what is wrong with a path: 1 where it cannot be flown, and 2 where it enters a closed volume."""
+    flyable = path_flyable(
+        points, times, n, course, limits[TURN_RADIUS], limits[CLIMB_MAX], limits[SINK_MAX]
+    )  # fmt: skip
+    entered = volumes.shape[0] > 0 and path_enters(points, n, volumes, vertices) >= 0
+    return (0 if flyable else 1) + (2 if entered else 0)
+
+
+@jit_uncounted
+def leave_out(points: Floats, n: int, first: int, count: int, out: Floats) -> int:
+    """Write a path without `count` places from `first` on into `out`, and return how many places it has."""
+    for i in range(n - count):
+        source = i if i < first else i + count
+        out[i, 0], out[i, 1], out[i, 2] = points[source, 0], points[source, 1], points[source, 2]
+    return n - count
+
+
+@jit_uncounted
+def move_place(points: Floats, n: int, k: int, direction: int, step: float, limits: Floats, out: Floats) -> None:
+    """Write a path with place `k` moved by a step into `out`: along the chord of its neighbours, aside, up or down."""
+    leave_out(points, n, n, 0, out)
+    along_n, along_e = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
+    size = max(math.hypot(along_n, along_e), 1e-6)
+    along_n, along_e = along_n / size, along_e / size
+    way = step if direction % 2 == 0 else -step
+    if direction < 2:
+        out[k, 0] += way * along_n
+        out[k, 1] += way * along_e
+    elif direction < 4:
+        out[k, 0] -= way * along_e
+        out[k, 1] += way * along_n
+    else:
+        # A height outside the bounds may only come nearer to them.
+        lowest, highest = max(-limits[FLOOR], points[k, 2]), min(-limits[CEILING], points[k, 2])
+        out[k, 2] = max(highest, min(lowest, points[k, 2] - way * limits[VERTICAL]))
+
+
+@jit
+def refine(
+    points: Floats,
+    n: int,
+    course: float,
+    intruders: Floats,
+    count: int,
+    volumes: Floats,
+    vertices: Floats,
+    limits: Floats,
+    trial: Floats,
+    times: Floats,
+    entries: Floats,
+) -> tuple[int, int]:
+    """Make a path shorter, and free if it is not, in place.
+
+    Waypoints are left out, half of them at once, then fewer; then the pattern search moves those that are left, up and
+    down only as long as the path is not free. A change is taken if it means less time in cylinders, or as much on a
+    shorter way, and nothing is wrong with the new path that was not wrong with the old one.
+
+    Parameters
+    ----------
+    points : ndarray, shape (>= n, 3)
+        The path, local NED, m; the first place and the last are held.
+    n : int
+    course : float
+        Of the ownship at the first place, rad; NaN where any will do.
+    intruders : ndarray, shape (>= count, N_INTRUDER)
+    count : int
+    volumes, vertices : ndarray
+        Keep-out volumes.
+    limits : ndarray, shape (N_REFINEMENT,)
+    trial, times, entries : ndarray, shape (>= n, 3), (>= n,), (>= count,)
+        Overwritten.
+
+    Returns
+    -------
+    n : int
+        Places of the path that is left.
+    looks : int
+        At an intruder from a leg.
+    """
+    length = leg_times(points, n, limits[SPEED], times)
+    wrong = faults(points, times, n, course, volumes, vertices, limits)
+    inside = path_inside(points, times, n, intruders, count, 1.0, entries)[1]
+    looks = (n - 1) * max(count, 1)
+    directions = DIRECTIONS if limits[VERTICAL] > 0.0 else DIRECTIONS - 2
+    step = limits[STEP]
+    block = max(1, (n - 2) // 2)
+    direction = -1  # leave out; then move
+    k, gained = 1, False
+    while step >= limits[STEP_LEAST] and n > 2 and looks < limits[LOOKS_MAX]:
+        if direction < 0:
+            m = leave_out(points, n, k, min(block, n - 1 - k), trial)
+        else:
+            m = n
+            move_place(points, n, k, direction, step, limits, trial)
+        new_length = leg_times(trial, m, limits[SPEED], times)
+        better = False
+        # Who is free already gains by a shorter way alone.
+        if (inside > 0.0 or new_length < length - _METRES) and (
+            faults(trial, times, m, course, volumes, vertices, limits) & ~wrong
+        ) == 0:
+            new_inside = path_inside(trial, times, m, intruders, count, 1.0, entries)[1]
+            looks += (m - 1) * max(count, 1)
+            better = new_inside < inside - _SECONDS or (new_inside <= inside and new_length < length - _METRES)
+        if better:
+            leave_out(trial, m, m, 0, points)
+            n, length, inside, gained = m, new_length, new_inside, True
+            k = min(k, n - 2)
+            continue
+        if block == 1:
+            direction += 1
+            # Who is free gains next to nothing by a slower climb, and keeps less margin while it lasts.
+            if direction < (directions if inside > 0.0 else 4):
+                continue
+        direction = -1
+        k += max(1, block // 2)
+        if k < n - 1:
+            continue
+        k = 1
+        if block > 1:
+            block = min(block, n - 2) // 2
+            block = max(block, 1)
+        elif not gained:
+            step *= 0.5
+        gained = False
+    return n, looks
+
+
+def warmup() -> None:
+    """Compile what Python calls of this module."""
+    refine(
+        np.zeros((3, 3)), 3, 0.0, np.ones((1, N_INTRUDER)), 1, np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
+        np.ones(N_REFINEMENT), np.zeros((3, 3)), np.zeros(3), np.zeros(1),
+    )  # fmt: skip

@@ -65,15 +65,23 @@ class AutopilotLink:
         Hands bytes to the system, and returns whether it took them.
     now : callable
         Live time, s.
+    before_sending : callable
+        Called when it is known what is to be sent, and nothing of it has been.
     """
 
     def __init__(
-        self, autopilot: Autopilot, queue: PacketQueue, send: Callable[[bytes], bool], now: Callable[[], float]
+        self,
+        autopilot: Autopilot,
+        queue: PacketQueue,
+        send: Callable[[bytes], bool],
+        now: Callable[[], float],
+        before_sending: Callable[[], None],
     ) -> None:
         self.autopilot = autopilot
         self._queue = queue
         self._send = send
         self._now = now
+        self._before_sending = before_sending
 
     def take(self) -> None:
         """Hand all that came to the autopilot."""
@@ -85,8 +93,9 @@ class AutopilotLink:
     def pump(self) -> bool:
         """Hand over all that came, and all that is to be sent; return whether something was sent."""
         self.take()
-        sent = False
-        for part in datagrams(self.autopilot.outgoing(self._now())):
+        data, sent = self.autopilot.outgoing(self._now()), False
+        self._before_sending()
+        for part in datagrams(data):
             sent = self._send(part) or sent
         return sent
 

@@ -74,7 +74,7 @@ class FlightSteps:
         self._pipeline = build_pipeline(scenario, time.thread_time, live=True)
         self.queue = PacketQueue()
         self.queues = {part.name: PacketQueue() for part in scenario.inputs}
-        self.link = AutopilotLink(self.autopilot, self.queue, send, clock.now)
+        self.link = AutopilotLink(self.autopilot, self.queue, send, clock.now, self._keep_note)
         self._t_start = clock.now()
         self._world: LiveWorld | None = None
         self._recorder: Recorder | None = None
@@ -101,8 +101,8 @@ class FlightSteps:
         except InputError as error:
             self.events.append(f"a note of a maneuver cannot be used, the pilot must take over: {error}")
 
-    def keep_note(self) -> None:
-        """Keep on disk what a program after this one would have to give back."""
+    def _keep_note(self) -> None:
+        """Keep on disk what a program after this one would have to give back, before anything is commanded."""
         if self.commands and (trouble := self._note.keep(getattr(self.autopilot, "hand_over", None))):
             self.events.append(trouble)
 
@@ -147,7 +147,6 @@ class FlightSteps:
         if world is None or self._missing:
             self._discard(t)
             self.link.pump()
-            self.keep_note()
             self.events += [*self._clock.watch(), *self.autopilot.events()]
             return None
         ownship, scans = world.sense(t)
@@ -155,7 +154,6 @@ class FlightSteps:
         mission = world.mission
         snapshot = self._pipeline.step(t, ownship, scans, mission)
         world.actuate(t, snapshot.maneuver)
-        self.keep_note()
         sent = self.link.pump()
         taken = self._clock.now() - t
         self._latency.add(taken)

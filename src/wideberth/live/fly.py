@@ -177,7 +177,6 @@ class Flight:
             if autopilot.released or self._clock.now() >= end:
                 break
             await asyncio.sleep(PUMP_PERIOD)
-        self.steps.keep_note()
         events += autopilot.events()
         if not autopilot.released:
             events.append(f"control could not be given back within {RELEASE_MAX:.0f} s: the pilot must take it")

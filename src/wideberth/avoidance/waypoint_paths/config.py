@@ -232,7 +232,7 @@ class AStarConfig(PartConfig):
     known_share: float = Field(0.45, gt=0, le=100)
     decide_by_s: float = Field(12.0, ge=0)
     decision_period_s: float = Field(0.1, gt=0, le=10)
-    settle_s: float = Field(3.0, ge=0)
+    settle_s: float = Field(5.0, ge=0)
     urgent_s: float = Field(10.0, ge=0)
     replace_share: float = Field(0.25, gt=0, le=1)
     return_after_s: float = Field(2.0, ge=0)

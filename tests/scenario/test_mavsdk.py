@@ -67,8 +67,10 @@ class Peer:
                 velocity(10.0, 0.0, 0.0),
                 heading(0.0),
             )
-        out = b"".join(self._out)
-        self._out.clear()
+        # A thread of MAVSDK's goes on adding: take one by one, or what comes meanwhile is lost.
+        out = b""
+        while self._out:
+            out += self._out.pop(0)
         return out
 
     def close(self) -> None:

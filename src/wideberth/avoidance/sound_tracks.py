@@ -1,4 +1,4 @@
-"""Tracks that can be used, and what stands in for those that are not finite."""
+"""Tracks of others that can be used, and what stands in for those that are not finite."""
 
 import dataclasses
 import math
@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from wideberth.types import Track
+from wideberth.types import Track, TrackStatus
 
 
 class SoundTracks:
-    """Remembers the last sound state of each track.
+    """Chooses the tracks to avoid, and remembers the last sound state of each.
 
     A track that is not finite is taken where its last sound state leads, for `ghost` seconds; without a sound state,
     where it was reported, if it was. What could not be used is counted, and said once.
@@ -19,6 +19,8 @@ class SoundTracks:
     ----------
     ghost : float
         How long a sound state is remembered, s.
+    tentative : bool
+        Whether tentative tracks are to be avoided too; the ownship's own never are.
 
     Attributes
     ----------
@@ -26,8 +28,8 @@ class SoundTracks:
         ``not_finite`` and ``unusable``.
     """
 
-    def __init__(self, ghost: float) -> None:
-        self._ghost = ghost
+    def __init__(self, ghost: float, tentative: bool) -> None:
+        self._ghost, self._tentative = ghost, tentative
         self._sound: dict[str, Track] = {}
         self._unsound: set[str] = set()
         self.counters = {"not_finite": 0, "unusable": 0}
@@ -38,6 +40,8 @@ class SoundTracks:
         events: list[str] = []
         unsound = set()
         for track in tracks:
+            if track.is_ownship or (track.status is TrackStatus.TENTATIVE and not self._tentative):
+                continue
             if _finite(track):
                 self._sound[track.id] = track
                 used.append((track, True))

@@ -6,6 +6,7 @@ import socket
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from functools import partial
 from multiprocessing.connection import Connection
 from typing import Any
 
@@ -72,11 +73,8 @@ def fly_as_processes(
         ends, processes = [], []
         for k in range(members):
             here, there = context.Pipe()
-            process = context.Process(
-                target=_fly_one if k < n else _decide_for_all,
-                args=(config, k, sockets[k], addresses, there, speed_up),
-                daemon=True,
-            )
+            body = partial(_fly_one, k) if k < n else _decide_for_all
+            process = context.Process(target=body, args=(config, sockets[k], addresses, there, speed_up), daemon=True)
             process.start()
             there.close()
             stack.callback(process.terminate)
@@ -115,8 +113,8 @@ def _answer(end: Connection, number: int, timeout: float) -> Any:
 
 
 def _fly_one(
-    config: FleetConfig,
     number: int,
+    config: FleetConfig,
     own: socket.socket,
     addresses: list[tuple[str, int]],
     end: Connection,
@@ -148,7 +146,6 @@ def _fly_one(
 
 def _decide_for_all(
     config: FleetConfig,
-    number: int,
     own: socket.socket,
     addresses: list[tuple[str, int]],
     end: Connection,

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from wideberth.avoidance.cas import multi_kernels as multi
+from wideberth.avoidance.position_spread import position_variances
 from wideberth.avoidance.sound_tracks import SoundTracks
 from wideberth.avoidance.vertical.config import VerticalConfig
-from wideberth.types import FloatArray, Track, TrackStatus
+from wideberth.types import FloatArray, Track
 
 _AHEAD_MAX = 60.0  # s: heights are not known better by looking farther
 
@@ -45,7 +46,7 @@ class IntruderViews:
 
     def __init__(self, config: VerticalConfig) -> None:
         self._config = config
-        self._tracks = SoundTracks(config.ghost_s)
+        self._tracks = SoundTracks(config.ghost_s, config.tentative)
         self._stale: set[str] = set()
         self._stale_count = 0
 
@@ -57,12 +58,7 @@ class IntruderViews:
     def step(self, t: float, own: FloatArray, tracks: Sequence[Track]) -> tuple[Intruders, list[str]]:
         """Return the aircraft to avoid at time `t`, s, from the own state (6,), and what was wrong with tracks."""
         config = self._config
-        others = [
-            track
-            for track in tracks
-            if not track.is_ownship and (config.tentative or track.status is not TrackStatus.TENTATIVE)
-        ]
-        usable, events = self._tracks.step(t, others)
+        usable, events = self._tracks.step(t, tracks)
         kept, rows, stale = [], [], set()
         for track, sound in usable:
             age = max(t - track.t_last_update, 0.0)
@@ -90,11 +86,10 @@ class IntruderViews:
         ahead = -float(relative @ closing) / speed2 if speed2 > 0.0 else 0.0
         ahead = min(max(ahead, 0.0), _AHEAD_MAX)
         cap = config.sigma_cap * config.zone_height
-        p = track.covariance
-        variances = p[:3, :3].diagonal() + 2 * ahead * p[:3, 3:6].diagonal() + ahead**2 * p[3:6, 3:6].diagonal()
-        sigma = math.sqrt(max(float(variances[2]), 0.0))
+        variances = position_variances(track, ahead)
+        sigma = math.sqrt(max(variances[2], 0.0))
         if config.threshold.kind == "probability":
-            view[multi.V_VARIANCE] = max(float(variances.mean()), 0.0)  # this kind widens by itself
+            view[multi.V_VARIANCE] = max(float(np.mean(variances)), 0.0)  # this kind widens by itself
         elif not sound:
             view[multi.V_MARGIN] = cap
         else:

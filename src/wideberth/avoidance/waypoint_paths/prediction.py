@@ -7,12 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from wideberth.avoidance.position_spread import position_variances
 from wideberth.avoidance.sound_tracks import SoundTracks
 from wideberth.avoidance.waypoint_paths import intruder_kernels as ik
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
 from wideberth.avoidance.waypoint_paths.reacquired import without_repeats
 from wideberth.conflict.kernels import horizontal_cpa
-from wideberth.types import FloatArray, Ownship, Track, TrackStatus
+from wideberth.types import FloatArray, Ownship, Track
 
 _TURN_SPEED_MIN = 1.0  # m/s: slower than this nothing is said to turn
 _LEVEL = 0.1  # m/s: who climbs or sinks no faster than this is level
@@ -48,7 +49,7 @@ class Prediction:
 
     def sigmas_at(self, i: int, t: float) -> tuple[float, float]:
         """Return how well it is known where row `i` will be in `t` seconds: horizontally (per axis), vertically, m."""
-        north, east, down = _variances_at(self.owners[i], t)
+        north, east, down = position_variances(self.owners[i], t)
         return math.sqrt(max(0.5 * (north + east), 0.0)), math.sqrt(max(down, 0.0))
 
 
@@ -65,7 +66,7 @@ class Predictor:
 
     def __init__(self, config: AStarConfig) -> None:
         self._config = config
-        self._tracks = SoundTracks(config.ghost_s)
+        self._tracks = SoundTracks(config.ghost_s, config.tentative)
         self._left_out = 0
 
     @property
@@ -79,12 +80,7 @@ class Predictor:
         rows: list[FloatArray] = []
         owners: list[Track] = []
         doubts: list[bool] = []
-        others = [
-            track
-            for track in tracks
-            if not track.is_ownship and (config.tentative or track.status is not TrackStatus.TENTATIVE)
-        ]
-        usable, events = self._tracks.step(t, others)
+        usable, events = self._tracks.step(t, tracks)
         once = {track.id for track in without_repeats([track for track, _ in usable])}
         for used, sound in usable:
             if used.id not in once:
@@ -130,7 +126,7 @@ class Predictor:
     def _climb_doubts(self, track: Track, row: FloatArray) -> list[FloatArray]:
         """Return the rows of climb rates that are possible too; none once the height is known well enough."""
         config = self._config
-        down = _variances_at(track, config.decide_by_s)[2]
+        down = position_variances(track, config.decide_by_s)[2]
         if config.constant_altitude or down <= (config.doubt_share * 0.5 * config.separation_height_m) ** 2:
             return []
         return _climbing(row, config.climb_sigmas * math.sqrt(max(float(track.covariance[5, 5]), 0.0)))
@@ -164,7 +160,7 @@ class Predictor:
         config = self._config
         apart, closing = row[:2] - ownship.position[:2], row[3:5] - ownship.velocity[:2]
         t, _ = horizontal_cpa(apart[0], apart[1], closing[0], closing[1])
-        north, east, down = _variances_at(track, min(max(t, 0.0), config.detection_time_s))
+        north, east, down = position_variances(track, min(max(t, 0.0), config.detection_time_s))
         level, vertical = math.sqrt(max(0.5 * (north + east), 0.0)), math.sqrt(max(down, 0.0))
         if config.constant_altitude:
             vertical = 0.0
@@ -184,11 +180,3 @@ def _climbing(row: FloatArray, change: float) -> list[FloatArray]:
         climbing[ik.V_DOWN] += sign * change
         rows.append(climbing)
     return rows
-
-
-def _variances_at(track: Track, t: float) -> list[float]:
-    """Return the variances of where a track will be in `t` seconds: north, east, down, m^2."""
-    p = track.covariance
-    now, both, rate = p[:3, :3].diagonal(), p[:3, 3:6].diagonal(), p[3:6, 3:6].diagonal()
-    variances: list[float] = (now + 2.0 * t * both + t * t * rate).tolist()
-    return variances

@@ -130,10 +130,10 @@ class Station:
 
 
 def run(peer: Peer, ends, seconds: float, until, each=lambda t: None) -> bool:
-    start = time.time()
+    start, pending = time.time(), b""
     while (t := time.time()) - start < seconds:
         each(t)
-        data = peer.exchange(b"", t)
+        data, pending = pending + peer.exchange(b"", t), b""
         for end in ends:
             if isinstance(end, Station):
                 out = end.exchange(data, t)
@@ -141,7 +141,8 @@ def run(peer: Peer, ends, seconds: float, until, each=lambda t: None) -> bool:
                 end.receive(data, t)
                 out = end.outgoing(t)
             if out:
-                peer.exchange(out, t)
+                # It may answer at once: that answer is everyone's too.
+                pending += peer.exchange(out, t)
         if until():
             return True
         time.sleep(0.01)

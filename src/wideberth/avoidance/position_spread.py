@@ -5,7 +5,7 @@ from wideberth.types import Track
 
 def position_variances(track: Track, ahead: float) -> list[float]:
     """Return the variances of where a track will be in `ahead` seconds: north, east, down, m^2."""
-    p = track.covariance
-    now, both, rate = p[:3, :3].diagonal(), p[:3, 3:6].diagonal(), p[3:6, 3:6].diagonal()
-    variances: list[float] = (now + 2.0 * ahead * both + ahead * ahead * rate).tolist()
-    return variances
+    # Single elements: arrays of three cost more than they save.
+    p = track.covariance.item
+    square = ahead * ahead
+    return [p(i, i) + 2.0 * ahead * p(i, 3 + i) + square * p(3 + i, 3 + i) for i in range(3)]

@@ -75,5 +75,5 @@ class SoundTracks:
 
 
 def _finite(track: Track) -> bool:
-    total = track.position.sum() + track.velocity.sum() + track.acceleration.sum() + track.covariance.sum()
-    return math.isfinite(total)
+    short = (*track.position.tolist(), *track.velocity.tolist(), *track.acceleration.tolist())
+    return math.isfinite(sum(short) + float(track.covariance.sum()))

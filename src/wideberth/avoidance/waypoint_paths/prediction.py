@@ -158,8 +158,9 @@ class Predictor:
     def _spread(self, ownship: Ownship, row: FloatArray, track: Track) -> tuple[float, float]:
         """Return what is added to radius and half-height for not knowing where the intruder passes the ownship, m."""
         config = self._config
-        apart, closing = row[:2] - ownship.position[:2], row[3:5] - ownship.velocity[:2]
-        t, _ = horizontal_cpa(apart[0], apart[1], closing[0], closing[1])
+        north, east, _, v_north, v_east = row[:5].tolist()
+        (own_north, own_east, _), (own_v_north, own_v_east, _) = ownship.position, ownship.velocity
+        t, _ = horizontal_cpa(north - own_north, east - own_east, v_north - own_v_north, v_east - own_v_east)
         north, east, down = position_variances(track, min(max(t, 0.0), config.detection_time_s))
         level, vertical = math.sqrt(max(0.5 * (north + east), 0.0)), math.sqrt(max(down, 0.0))
         if config.constant_altitude:

@@ -38,9 +38,13 @@ def without_repeats(tracks: Sequence[Track]) -> list[Track]:
 
 
 def _distance_square(one: Track, other: Track) -> float:
-    """Return the squared Mahalanobis distance of position and velocity; inf where it is not defined."""
-    apart = np.concatenate((one.position - other.position, one.velocity - other.velocity))
+    """Return the squared Mahalanobis distance of position and velocity; inf beyond the gate or where not defined."""
+    away = one.position - other.position
     covariance = one.covariance[:6, :6] + other.covariance[:6, :6]
+    # No variance in any direction is more than the trace: most pairs are told apart without solving.
+    if away @ away > _GATE * covariance[:3, :3].trace():
+        return float("inf")
+    apart = np.concatenate((away, one.velocity - other.velocity))
     try:
         return float(apart @ np.linalg.solve(covariance, apart))
     except np.linalg.LinAlgError:

@@ -56,6 +56,7 @@ def test_grid_holds_what_is_ahead_or_where_beams_repeat_the_field_of_view():
     grid = direction_grid(PLANE)
     assert grid.right[0] == -1.0 and grid.right[-1] == 1.0 and 0.0 in grid.right
     assert not grid.seen[0, 0] and grid.seen[len(grid.down) // 2, 0]
+    assert not grid.inside[len(grid.down) // 2, 0] and grid.inside[len(grid.down) // 2, 1]
     wide = direction_grid(radar(1, 4, element_spacing_wavelengths=1.0))
     assert wide.right[-1] == pytest.approx(np.sin(np.radians(60.0)))
     assert direction_grid(LINE).down.tolist() == [0.0]
@@ -77,6 +78,28 @@ def test_mvdr_parts_two_targets_that_the_conventional_beam_merges():
     np.testing.assert_allclose(np.sort(parted[:, 0]), np.sin(np.radians([-10.0, 10.0])), atol=0.07)
     noise = mvdr_spectrum(PLANE, np.eye(16, dtype=complex))
     np.testing.assert_allclose(noise, 1.0 / 16.0)
+
+
+@pytest.mark.parametrize("config", [LINE, PLANE])
+@pytest.mark.parametrize("azimuth", [-72.0, 66.0, 74.0, 89.0])
+def test_the_flank_of_a_peak_is_no_second_peak_at_the_opposite_edge(config, azimuth):
+    spectrum = mvdr_spectrum(config, covariance(config, [(azimuth, 0.0)], [100.0]), loading=0.3)
+    peaks = spectrum_peaks(config, spectrum, 2.0 / config.channels)
+    assert len(peaks) == 1
+    np.testing.assert_allclose(peaks[0], [np.sin(np.radians(azimuth)), 0.0], atol=0.07)
+
+
+def test_two_peaks_beside_opposite_edges_are_two():
+    pair = covariance(LINE, [(-50.0, 0.0), (70.0, 0.0)], [100.0, 100.0])
+    found = spectrum_peaks(LINE, mvdr_spectrum(LINE, pair), 1.0)
+    np.testing.assert_allclose(np.sort(found[:, 0]), np.sin(np.radians([-50.0, 70.0])), atol=0.07)
+
+
+def test_where_beams_do_not_repeat_an_edge_is_an_end():
+    wide = radar(1, 4, element_spacing_wavelengths=0.4)
+    spectrum = mvdr_spectrum(wide, covariance(wide, [(88.0, 0.0)], [100.0]), loading=0.3)
+    (peak,) = spectrum_peaks(wide, spectrum, 2.0 / 4)
+    assert peak[0] > 0.9
 
 
 def test_forward_backward_averaging_recovers_coherent_targets():

@@ -153,6 +153,26 @@ def test_one_echo_is_not_taken_for_two():
         assert all(len(f.z) == 1 for f in found)
 
 
+@pytest.mark.parametrize("snr", [10.0, 25.0])
+@pytest.mark.parametrize("cosine", [0.875, 0.92, 0.95, 0.97])
+@pytest.mark.parametrize("rows", [1, 4])
+def test_one_echo_from_far_off_boresight_is_one_plot_where_it_is(rows, cosine, snr):
+    # There the flank of its beam goes on at the opposite edge.
+    config = radar(rows, rows * 4, "mvdr")
+    for turn in np.radians([0.0, 90.0, 220.0] if rows > 1 else [0.0, 180.0]):
+        right, down = cosine * np.cos(turn), cosine * np.sin(turn)
+        elevation = -np.arcsin(down) if rows > 1 else 0.0
+        echo = (40.33, np.arcsin(np.clip(right / np.cos(elevation), -1.0, 1.0)), elevation, 5.0)
+        clean, peaks = clean_frame(config, SWEEPS, echo), peak_bins(config, [echo])
+        rng = np.random.default_rng(1)
+        for _ in range(5):
+            z = estimate_plots(config, noisy_frame([clean], [snr], rng), peaks, np.ones(config.channels)).z
+            assert len(z) == 1
+            level = np.cos(z[0, 2]) if rows > 1 else 1.0
+            assert abs(level * np.sin(z[0, 1]) - right) < 0.06
+            assert rows == 1 or abs(-np.sin(z[0, 2]) - down) < 0.06
+
+
 @pytest.mark.parametrize("apart", [1, 2, 3])
 def test_a_neighbour_a_few_bins_off_does_not_disturb(apart):
     bin_length = PLANE.range_bin

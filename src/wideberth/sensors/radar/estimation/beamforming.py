@@ -5,6 +5,7 @@ angles. A spectrum is a trigonometric polynomial whose coefficients are sums of 
 are equally far apart, which makes it cheap on a grid.
 """
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -30,11 +31,14 @@ class DirectionGrid:
         A single 0 where the array has no extent.
     seen : ndarray of bool, shape (m, n)
         Where the cosines are those of a direction.
+    inside : ndarray of bool, shape (m, n)
+        The same without the edge: with elements half a wavelength apart a wave from there is one from opposite as well.
     """
 
     right: FloatArray
     down: FloatArray
     seen: NDArray[np.bool_]
+    inside: NDArray[np.bool_]
 
 
 @lru_cache(maxsize=16)
@@ -54,7 +58,8 @@ def direction_grid(config: RadarConfig, points_a_beam: int = _POINTS_A_BEAM) -> 
         steps = int(np.ceil(limit * elements * config.element_spacing_wavelengths * points_a_beam))
         axes.append(np.linspace(-limit, limit, 2 * steps + 1) if elements > 1 else np.zeros(1))
     right, down = axes
-    return DirectionGrid(right, down, np.add.outer(down**2, right**2) <= 1.0)
+    square = np.add.outer(down**2, right**2)
+    return DirectionGrid(right, down, square <= 1.0, square < 1.0)
 
 
 @lru_cache(maxsize=16)
@@ -207,6 +212,9 @@ def forward_backward(covariance: ComplexArray) -> ComplexArray:
 def spectrum_peaks(config: RadarConfig, spectrum: FloatArray, least: float) -> FloatArray:
     """Return where a spectrum is greater than all around it and than `least`, highest first.
 
+    With elements half a wavelength apart the spectrum goes on from one edge of the grid at the other, where it is that
+    of the same waves: the flank of a peak beside one edge is no peak at the other.
+
     Parameters
     ----------
     config : RadarConfig
@@ -216,20 +224,54 @@ def spectrum_peaks(config: RadarConfig, spectrum: FloatArray, least: float) -> F
     Returns
     -------
     ndarray, shape (peaks, 2)
-        Direction cosines, right and down.
+        Direction cosines, right and down. A peak that noise took a little beyond all directions is given at the
+        direction beside it.
     """
     grid = direction_grid(config)
-    inside = np.where(grid.seen, spectrum, -np.inf)
-    padded = np.pad(inside, 1, constant_values=-np.inf)
-    around = [
-        padded[1 + i : 1 + i + inside.shape[0], 1 + j : 1 + j + inside.shape[1]]
-        for i in (-1, 0, 1)
-        for j in (-1, 0, 1)
-        if (i, j) != (0, 0)
-    ]
-    down, right = np.nonzero((inside > np.max(around, axis=0)) & (inside >= least))
-    order = np.argsort(-inside[down, right])
-    return np.stack([grid.right[right[order]], grid.down[down[order]]], axis=1)
+    m, n = spectrum.shape
+    goes_on = [_is_period(config, axis) for axis in (grid.down, grid.right)]
+    padded = np.full((m + 2, n + 2), -np.inf)
+    padded[1:-1, 1:-1] = spectrum
+    # First and last are one place: what lies before the first is the last but one.
+    if goes_on[0]:
+        padded[0], padded[-1] = padded[-3], padded[2]
+    if goes_on[1]:
+        padded[:, 0], padded[:, -1] = padded[:, -3], padded[:, 2]
+    around = [padded[1 + i : 1 + i + m, 1 + j : 1 + j + n] for i in (-1, 0, 1) for j in (-1, 0, 1) if (i, j) != (0, 0)]
+    peaks = (spectrum > np.max(around, axis=0)) & (spectrum >= least)
+    if goes_on[0]:
+        peaks[-1] = False
+    if goes_on[1]:
+        peaks[:, -1] = False
+    found = np.argwhere(peaks)
+    found = found[np.argsort(-spectrum[peaks])]
+    seen = [_direction_beside(grid, spectrum, i, j, goes_on) for i, j in found.tolist()]
+    return np.array([place for place in seen if place is not None], np.float64).reshape(-1, 2)
+
+
+def _is_period(config: RadarConfig, axis: FloatArray) -> bool:
+    """Return whether beams repeat from one end of an axis of the grid to the other."""
+    return len(axis) > 1 and math.isclose((axis[-1] - axis[0]) * config.element_spacing_wavelengths, 1.0)
+
+
+def _direction_beside(
+    grid: DirectionGrid, spectrum: FloatArray, i: int, j: int, goes_on: list[bool]
+) -> tuple[float, float] | None:
+    """Return the cosines, right and down, of a peak, or of the direction at most half a beam beside it, if any."""
+    if grid.inside[i, j]:
+        return float(grid.right[j]), float(grid.down[i])
+    away = []
+    for k, size, periodic in ((i, len(grid.down), goes_on[0]), (j, len(grid.right), goes_on[1])):
+        steps = np.abs(np.arange(size) - k)
+        away.append(np.minimum(steps, size - 1 - steps) if periodic else steps)
+    distance = np.where(grid.inside, np.hypot(away[0][:, None], away[1]), np.inf)
+    nearest = float(distance.min())
+    if nearest > 0.5 * _POINTS_A_BEAM:
+        return None
+    # On either side of the grid's edge: the higher is on the side of the echo.
+    beside = np.where(distance <= nearest + 0.5, spectrum, -np.inf)
+    down, right = np.unravel_index(int(np.argmax(beside)), beside.shape)
+    return float(grid.right[right]), float(grid.down[down])
 
 
 @lru_cache(maxsize=16)

@@ -150,7 +150,7 @@ class _Frame(FrameSamples):
         """Return the direction cosines of the conventional beam of most power."""
         channels = self.channels(b)
         power = beam_powers(self.config, channels.adjoint @ h) / channels.wave_energy
-        down, right = divmod(int(np.argmax(np.where(self.grid.seen, power, -1.0))), power.shape[1])
+        down, right = divmod(int(np.argmax(np.where(self.grid.inside, power, -1.0))), power.shape[1])
         return np.array([self.grid.right[right], self.grid.down[down]])
 
     def mvdr_directions(self, b: int, window: Window, distance: float, rate: float) -> FloatArray:

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tests.made_frames import clean_frame, noisy_frame, peak_bins
+from tests.made_frames import radar as frame_radar
 from wideberth.sensors.radar.config import SimulatedRadarConfig
 from wideberth.sensors.radar.coverage import looks_and_gain_db, plot_probability
+from wideberth.sensors.radar.estimation.plots import estimate_plots
 from wideberth.sensors.radar.link_budget import averaging_gain_db, snr_db
 from wideberth.sensors.radar.plot_model import HALF_POWER_WIDTH, TONE_BINS, PlotModel, even_directions, polar
 from wideberth.sensors.radar.range_cells import beat_bins, bin_shares
@@ -147,6 +150,40 @@ def test_two_aircraft_in_one_cell_give_one_plot_weighted_by_power():
     z = np.array([model.look(random, pair, np.zeros(2), np.array([1.0, 3.0]))[0][0] for _ in range(400)])
     # Three quarters of the way, but for what the element's pattern takes off the second.
     assert 0.13 < z[:, 1].mean() < 0.15
+
+
+def test_the_weaker_of_two_in_one_cell_is_hidden_where_beam_or_doppler_tell_them_apart():
+    model = model_of(swerling=1, **PLANE, **QUIET)
+    random = np.random.default_rng(5)
+    for half, rates in ((0.5, [0.0, 0.0]), (0.1, [0.0, 2.0])):
+        pair = np.array([place(200.0, -half), place(200.0, half)])
+        z = [model.look(random, pair, np.array(rates), np.array([1.0, 1.0]))[0] for _ in range(200)]
+        rows = np.array([one[0] for one in z if len(one) == 1])
+        assert len(rows) == 200
+        # Not between: the mean of these two directions would be shorter than either, too.
+        assert np.abs(rows[:, 0] - 200.0).max() < 0.5
+        assert (np.abs(np.abs(rows[:, 1]) - half) < 0.07).all() and 0.3 < (rows[:, 1] > 0.0).mean() < 0.7
+
+
+@pytest.mark.parametrize(("apart", "rate"), [(0.5, 0.0), (0.5, 2.0), (1.5, 0.0)])
+def test_one_plot_of_two_echoes_is_where_the_processing_finds_it(apart, rate):
+    settings = {"channels": 16, "beamformer": "conventional"}
+    radar = frame_radar(4, **settings)
+    u = 0.5 * apart * HALF_POWER_WIDTH / (4 * 0.5)
+    echoes = [(40.3, math.asin(u), 0.0, 3.0), (40.3, -math.asin(u), 0.0, 3.0 - rate)]
+    cleans, rng = [clean_frame(radar, 20, e) for e in echoes], np.random.default_rng(6)
+    model = model_of(swerling=0, snr_threshold_db=-100.0, if_bandwidth_mhz=0.25, **PLANE)
+    places, powers = np.array([place(40.3, math.asin(u)), place(40.3, -math.asin(u))]), (16.0, 8.0)
+    found = []
+    for _ in range(40):
+        frame = noisy_frame(cleans, [10.0 * math.log10(p) for p in powers], rng)
+        found.append(estimate_plots(radar, frame, peak_bins(radar, echoes[:1]), np.ones(16)).z[0])
+    said = [model.look(rng, places, np.array([3.0, 3.0 - rate]), np.array(powers))[0] for _ in range(40)]
+    assert {len(z) for z in said} == {1}
+    # Medians in half the distance between the two; a pair that is one wave front is turned by its phase.
+    sines = np.sin([np.median(np.array(found)[:, 1]), np.median([z[0, 1] for z in said])]) / u
+    assert abs(sines[0] - sines[1]) < 0.4
+    assert (sines > 0.8).all() == (apart > 1.0 or rate > 0.0)
 
 
 def test_false_alarms_come_as_often_as_the_bins_and_evenly():

@@ -45,6 +45,9 @@ _RESOLUTION = {"conventional": (1.6, math.inf), "mvdr": (0.5, 0.6)}
 _DOPPLER_RESOLUTION = {"conventional": math.inf, "mvdr": 1.0}
 """Doppler bins within which they do, besides."""
 
+_BLENDED_BEAMWIDTHS = 1.2
+"""Half-power beamwidths within which two echoes of one range and range rate turn each other's direction."""
+
 _SHARPNESS = 0.4
 """Part of the resolution by which looks differ, either way."""
 
@@ -319,7 +322,11 @@ class PlotModel:
         return np.asarray(group_probability(over, self._config.processing.group_bins) > 0.5)
 
     def _merged(self, random: np.random.Generator, echoes: _Echoes, snr: FloatArray) -> tuple[_Echoes, FloatArray]:
-        """Return aircraft with those that one cell holds made one: powers added, places and rates weighted by them."""
+        """Return aircraft with those that one cell holds made one.
+
+        The strongest of them is what the processing finds. Those that neither Doppler nor the beam towards it keeps
+        from its echo make one with it: powers added, ranges, directions and rates weighted by them. Others are hidden.
+        """
         # Phases and places within bins make one look resolve what another does not.
         blur = 1.0 + _SHARPNESS * (2.0 * random.random() - 1.0)
         apart = self._resolution[0] * blur * self._range_bin
@@ -336,13 +343,23 @@ class PlotModel:
             near &= (np.abs(cosines[rest] - cosines[rest[0]]) < widths).all(axis=1)
             near &= np.abs(rates[rest] - rates[rest[0]]) < self._rate_resolution
             near[0] = True
-            groups.append(rest[near])
+            groups.append(self._blended(rest[near], cosines, rates))
             rest = rest[~near]
         weights = [snr[g] / snr[g].sum() for g in groups]
-        place = np.array([w @ places[g] for g, w in zip(groups, weights, strict=True)])
+        towards = places / distance[:, None]
+        place = np.array([w @ towards[g] for g, w in zip(groups, weights, strict=True)])
+        # The mean of two directions is shorter than they are; ranges are measured.
+        far = np.array([w @ distance[g] for g, w in zip(groups, weights, strict=True)])
+        place *= (far / np.sqrt((place * place).sum(axis=1)))[:, None]
         rate = np.array([w @ rates[g] for g, w in zip(groups, weights, strict=True)])
         merged = _Echoes(np.array([leader[g[0]] for g in groups]), place, rate, *polar(place))
         return merged, np.array([snr[g].sum() for g in groups])
+
+    def _blended(self, group: NDArray[np.int64], cosines: FloatArray, rates: FloatArray) -> NDArray[np.int64]:
+        """Return those of a group, the strongest first, that are one echo with the strongest."""
+        strongest = group[0]
+        one = (np.abs(cosines[group] - cosines[strongest]) < _BLENDED_BEAMWIDTHS * self._beamwidths).all(axis=1)
+        return group[one & (np.abs(rates[group] - rates[strongest]) < self._doppler_bin)]
 
     def _measured(self, plots: _Echoes, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return plots of places without errors, NaN where not measured, and their standard deviations, (n, 4)."""

@@ -359,7 +359,8 @@ class PlotModel:
         """Return those of a group, the strongest first, that are one echo with the strongest."""
         strongest = group[0]
         one = (np.abs(cosines[group] - cosines[strongest]) < _BLENDED_BEAMWIDTHS * self._beamwidths).all(axis=1)
-        return group[one & (np.abs(rates[group] - rates[strongest]) < self._doppler_bin)]
+        one &= np.abs(rates[group] - rates[strongest]) < self._doppler_bin
+        return np.asarray(group[one])
 
     def _measured(self, plots: _Echoes, totals: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return plots of places without errors, NaN where not measured, and their standard deviations, (n, 4)."""

@@ -6,9 +6,9 @@ from collections.abc import Collection, Sequence
 
 from wideberth.types import FloatArray, Track
 
-NEWBORN = 6.0
+NEWBORN = 12.0
 """For so long a track that begins within `HOLD_RADIUS` of the ownship may be its own, s: the test of telemetry has then
-forgotten its first states."""
+forgotten its first states, also where the ownship turned meanwhile."""
 
 SECOND_ECHO = 1.0
 """For so long it may be beside another track that is the ownship's, s, if nothing is known of its motion."""

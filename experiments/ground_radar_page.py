@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.patches import Circle
 
+from experiments.flight_pictures import FlightTrace, draw_flight
 from wideberth import __version__
 from wideberth.evaluation.montecarlo.intervals import paired_ratio, wilson
-from wideberth.evaluation.report_style import LIMIT, OWNSHIP, RC, new_figure, png, traffic_colour
+from wideberth.evaluation.report_style import RC, new_figure, png
 
 CASES = {
     "gbr_1": "gbr_1, plots",
@@ -132,35 +132,9 @@ def maps(rows: Sequence[Row]) -> dict[str, bytes]:
         return {}
     with rc_context(RC):
         figure = new_figure(7.6, 3.2 * len(drawn))
+        grid = figure.add_gridspec(len(drawn), 2)
         for k, row in enumerate(drawn):
-            _draw(figure, len(drawn), k, row)
+            t, own, intruders = (np.array(row["map"][name]) for name in ("t", "own", "intruders"))
+            trace = FlightTrace(t, own, intruders, own[[0, -1]], _RADIUS, _HALF_HEIGHT)
+            draw_flight(figure, (grid[k, 0], grid[k, 1]), trace, row["case"])
         return {"ground_radar.png": png(figure)}
-
-
-def _draw(figure: Any, count: int, k: int, row: Row) -> None:
-    t, own, intruders = (np.array(row["map"][name]) for name in ("t", "own", "intruders"))
-    above, side = figure.add_subplot(count, 2, 2 * k + 1), figure.add_subplot(count, 2, 2 * k + 2)
-    apart = np.hypot(*(intruders - own[:, None, :])[..., :2].transpose(2, 0, 1))
-    for i in range(intruders.shape[1]):
-        colour = traffic_colour(i)
-        above.plot(intruders[:, i, 1], intruders[:, i, 0], color=colour, linewidth=1.2)
-        near = int(np.argmin(apart[:, i]))
-        above.add_patch(
-            Circle((intruders[near, i, 1], intruders[near, i, 0]), _RADIUS, fill=False, color=colour, linewidth=0.8)
-        )
-        above.plot(own[near, 1], own[near, 0], "o", color=colour, markersize=4)
-        height = np.where(apart[:, i] < _RADIUS, -intruders[:, i, 2], np.nan)
-        side.fill_between(t, height - _HALF_HEIGHT, height + _HALF_HEIGHT, color=colour, alpha=0.25, linewidth=0)
-        side.plot(t, -intruders[:, i, 2], color=colour, linewidth=1.0)
-    above.plot(own[:, 1], own[:, 0], color=OWNSHIP, linewidth=2)
-    above.plot(own[[0, -1], 1], own[[0, -1], 0], linestyle=(0, (4, 3)), color=LIMIT, linewidth=1)
-    above.set_aspect("equal")
-    above.set_xlim(-550, 550)
-    above.set_ylim(-480, 620)
-    above.set_xlabel("east, m")
-    above.set_ylabel("north, m")
-    above.set_title(f"{row['case']}: 153 m at the closest points")
-    side.plot(t, -own[:, 2], color=OWNSHIP, linewidth=2)
-    side.set_xlabel("s")
-    side.set_ylabel("altitude, m")
-    side.set_title("61 m while nearer than 153 m")

@@ -1,9 +1,10 @@
-"""The conflict scenarios over fresh seeds: violations, paths and reversals.
+"""The conflict scenarios over fresh seeds: violations, paths and reversals, and a picture of one flight of each.
 
-`python -m experiments.scenario_table` writes docs/results/scenarios.md.
+`python -m experiments.scenario_table` writes docs/results/scenarios.md and scenarios.png.
 """
 
 import argparse
+import math
 import multiprocessing
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -11,10 +12,18 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from matplotlib import rc_context
+
+from experiments.flight_pictures import FlightTrace, draw_flight
+from wideberth.assembly import build_traffic
 from wideberth.config import build_scenario, read_toml
 from wideberth.evaluation.montecarlo.intervals import wilson
 from wideberth.evaluation.report_shell import write_files
+from wideberth.evaluation.report_style import RC, new_figure, png
 from wideberth.run import fly_unaware, run_scenario
+from wideberth.simulation.config import CylinderConfig
+from wideberth.types import Snapshot
 
 SCENARIOS = Path("scenarios")
 RESULTS = Path("docs/results")
@@ -51,6 +60,40 @@ def fly(name: str, seed: int, avoid: bool) -> Row:
     }
 
 
+def picture(names: Sequence[str], seed: int) -> bytes:
+    """Return one flight of each scenario and of the thesis's two, from above and from the side, as PNG."""
+    names = ("gbr_1", "gbr_2", *names)
+    with rc_context(RC):
+        figure = new_figure(11.0, 2.7 * math.ceil(len(names) / 2))
+        grid = figure.add_gridspec(math.ceil(len(names) / 2), 4)
+        for k, name in enumerate(names):
+            places = grid[k // 2, 2 * (k % 2)], grid[k // 2, 2 * (k % 2) + 1]
+            draw_flight(figure, places, _trace(name, seed), name)
+        return png(figure)
+
+
+def _trace(name: str, seed: int) -> FlightTrace:
+    path = SCENARIOS / f"{name}.toml"
+    scenario = build_scenario({**read_toml(path), "seed": seed}, source=str(path), folder=SCENARIOS)
+    assert scenario.mission is not None
+    frame = scenario.frame()
+    mission = scenario.mission.mission(frame)
+    truth = build_traffic(scenario, mission, frame, 3600.0).truth
+    volume = scenario.evaluation.collision_volume
+    assert isinstance(volume, CylinderConfig)
+    times, own, intruders = [], [], []
+
+    def note(elapsed: float, _planned: float, snapshot: Snapshot) -> None:
+        times.append(elapsed)
+        own.append(np.array(snapshot.ownship.position))
+        intruders.append(truth.truth(snapshot.t).positions)
+
+    run_scenario(scenario, None, progress=note)
+    return FlightTrace(
+        np.array(times), np.array(own), np.array(intruders), mission.waypoints, volume.radius_m, volume.half_height_m
+    )
+
+
 def markdown(alone: Sequence[Row], avoided: Sequence[Row], command: str) -> str:
     """Return the page.
 
@@ -67,6 +110,11 @@ def markdown(alone: Sequence[Row], avoided: Sequence[Row], command: str) -> str:
         f"`{command}`: plot-level radar and tracker; the volumes are those of the scenarios. A run violates if anybody"
         " comes within the volume; 95 % interval of Wilson. The closest approach is in volumes of 153 m"
         " and 30.5 m: 1 is a touch (the flight test keeps 10 m).",
+        "",
+        "One flight of each and of the thesis's two, from above (the mission dashed, circles of the volume's radius at"
+        " the closest points) and over time (its height while anybody is within the radius):",
+        "",
+        "![One flight of each](scenarios.png)",
         "",
         "| scenario | without: runs with a violation | with | 95 % | seeds | closest, median, least |"
         " path / mission, mean, max | maneuvers a run | reversals | runs with a least bad path | not completed |",
@@ -105,7 +153,8 @@ def main() -> None:
     alone = list(_flown([(name, asked.first_seed, False) for name in asked.scenarios], asked.workers))
     avoided = list(_flown([(name, seed, True) for name in asked.scenarios for seed in seeds], asked.workers))
     command = f"python -m experiments.scenario_table --seeds {asked.seeds} --first-seed {asked.first_seed}"
-    write_files(RESULTS, {"scenarios.md": markdown(alone, avoided, command)})
+    page, drawn = markdown(alone, avoided, command), picture(asked.scenarios, asked.first_seed)
+    write_files(RESULTS, {"scenarios.md": page, "scenarios.png": drawn})
 
 
 if __name__ == "__main__":

@@ -8,12 +8,16 @@ import numpy as np
 
 from wideberth.types import Track, TrackStatus
 
+_MOTION_UNKNOWN = 15.0  # m/s, standard deviation of the velocity along north or east, if it is more than the speed
+
 
 class SoundTracks:
     """Chooses the tracks to avoid, and remembers the last sound state of each.
 
     A track that is not finite is taken where its last sound state leads, for `ghost` seconds; without a sound state,
-    where it was reported, if it was. What could not be used is counted, and said once.
+    where it was reported, if it was. What could not be used is counted, and said once. A track that coasts and whose
+    motion was not known yet when it was lost leads nowhere: after a second it could be anywhere within reach, and a
+    path away from one guess is as likely one towards the next. It is counted; the alert state says that it is unknown.
 
     Parameters
     ----------
@@ -25,14 +29,14 @@ class SoundTracks:
     Attributes
     ----------
     counters : dict of str to int
-        ``not_finite`` and ``unusable``.
+        ``not_finite`` and ``unusable``, and ``motion_unknown``.
     """
 
     def __init__(self, ghost: float, tentative: bool) -> None:
         self._ghost, self._tentative = ghost, tentative
         self._sound: dict[str, Track] = {}
         self._unsound: set[str] = set()
-        self.counters = {"not_finite": 0, "unusable": 0}
+        self.counters = {"not_finite": 0, "unusable": 0, "motion_unknown": 0}
 
     def step(self, t: float, tracks: Sequence[Track]) -> tuple[list[tuple[Track, bool]], list[str]]:
         """Return the tracks to use at time `t`, s, each with whether it is sound, and what was wrong, in words."""
@@ -44,7 +48,10 @@ class SoundTracks:
                 continue
             if _finite(track):
                 self._sound[track.id] = track
-                used.append((track, True))
+                if track.status is TrackStatus.COASTING and _motion_unknown(track):
+                    self.counters["motion_unknown"] += 1
+                else:
+                    used.append((track, True))
                 continue
             self.counters["not_finite"] += 1
             unsound.add(track.id)
@@ -77,3 +84,8 @@ class SoundTracks:
 def _finite(track: Track) -> bool:
     short = (*track.position.tolist(), *track.velocity.tolist(), *track.acceleration.tolist())
     return math.isfinite(sum(short) + float(track.covariance.sum()))
+
+
+def _motion_unknown(track: Track) -> bool:
+    speed, p = math.hypot(track.velocity[0], track.velocity[1]), track.covariance
+    return bool(max(p[3, 3], p[4, 4]) > max(_MOTION_UNKNOWN, speed) ** 2)

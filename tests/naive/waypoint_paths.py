@@ -223,12 +223,13 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
     highest `down`. Heights are changed only where the path is not free.
     """
     path = [np.array(place) for place in points]
+    longest = 2.0 * judge(path)[2]
 
-    def better(new: list[FloatArray], old: list[FloatArray]) -> bool:
+    def better(new: list[FloatArray], old: list[FloatArray], least: float = 0.1) -> bool:
         (wrong, inside, length), (wrong_before, inside_before, length_before) = judge(new), judge(old)
-        if not wrong <= wrong_before:
+        if not wrong <= wrong_before or (inside_before > 0.0 and length >= longest):
             return False
-        return bool(inside < inside_before - 1e-6 or (inside <= inside_before and length < length_before - 0.1))
+        return bool(inside < inside_before - 1e-6 or (inside <= inside_before and length < length_before - least))
 
     def shorter(block: int) -> bool:
         """Leave out `block` places from each on."""
@@ -236,7 +237,7 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
         k, gained = 1, False
         while len(path) > 2 and k < len(path) - 1:
             new = path[:k] + path[min(k + block, len(path) - 1) :]
-            if better(new, path):
+            if better(new, path, -1e-10):
                 path, gained = new, True
                 k = min(k, len(path) - 2)
             else:
@@ -248,11 +249,13 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
         ahead = chord / max(float(np.hypot(*chord)), 1e-6)
         right = np.array([-ahead[1], ahead[0]])
         new = [place.copy() for place in path]
-        if direction < 4:
-            new[k][:2] += step * [ahead, -ahead, right, -right][direction]
+        if direction < 8:
+            d = math.sqrt(0.5)
+            a, r = [(1, 0), (-1, 0), (0, 1), (0, -1), (d, d), (-d, -d), (d, -d), (-d, d)][direction]
+            new[k][:2] += step * (a * ahead + r * right)
         else:
             lowest, highest = max(bounds[0], new[k][2]), min(bounds[1], new[k][2])
-            new[k][2] = np.clip(new[k][2] + [-1, 1][direction - 4] * step * vertical, highest, lowest)
+            new[k][2] = np.clip(new[k][2] + [-1, 1][direction - 8] * step * vertical, highest, lowest)
         return new
 
     block = max(1, (len(path) - 2) // 2)
@@ -263,12 +266,12 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
         k, gained = 1, False
         while len(path) > 2 and k < len(path) - 1:
             without = path[:k] + path[k + 1 :]
-            if better(without, path):
+            if better(without, path, -1e-10):
                 path, gained = without, True
                 k = min(k, len(path) - 2)
                 continue
-            for direction in range(6):
-                if direction >= 4 and (vertical == 0.0 or judge(path)[1] == 0.0):
+            for direction in range(10):
+                if direction >= 8 and (vertical == 0.0 or judge(path)[1] == 0.0):
                     break
                 while better(moved(k, direction), path):
                     path, gained = moved(k, direction), True

@@ -126,3 +126,26 @@ def test_a_path_that_is_not_free_becomes_free():
         found, _ = Refinement(config, keep_out_arrays((), 0.0)).refined(points, math.nan, CELL, LIMITS, row, 10_000)
         assert judged(points, row, math.nan, keep_out_arrays((), 0.0))[1] > 5.0
         assert judged(found, row, math.nan, keep_out_arrays((), 0.0))[1] == 0.0
+
+
+def test_a_place_that_touches_a_moving_cylinder_slides_along_it():
+    """Round a head-on and one from the right: moved along the chord and aside alone the place stays 6 % too far out."""
+    rows = np.zeros((2, ik.N_INTRUDER))
+    rows[0, :6], rows[1, :6] = [442.0, 68.5, -200.0, -17.2, 0.8, 0.0], [100.0, 395.0, -200.0, 0.0, -15.0, 0.0]
+    rows[:, 6:8] = 171.0, 36.0
+    points = np.array([[-331.0, 0, -200], [-26, 312, -200], [500, 0, -200]])
+    config = AStarConfig(constant_altitude=True)
+    found, _ = Refinement(config, keep_out_arrays((), 0.0)).refined(points, 0.0, CELL, LIMITS, rows, 10_000)
+    assert judged(points, rows, 0.0, keep_out_arrays((), 0.0))[1:] == (0.0, pytest.approx(1048, abs=1))
+    assert judged(found, rows, 0.0, keep_out_arrays((), 0.0))[1] == 0.0
+    assert judged(found, rows, 0.0, keep_out_arrays((), 0.0))[2] < 0.96 * 1048.0
+
+
+def test_places_on_a_straight_way_are_left_out():
+    row = np.zeros((1, ik.N_INTRUDER))
+    row[0, :3], row[0, 6:8] = [300.0, 0.0, -200.0], [150.0, 30.5]
+    east = [0.0, 180.0, 180.0, 135.0, 90.0, 45.0, 0.0]
+    points = np.column_stack([[0.0, 200.0, 400.0, 525.0, 650.0, 775.0, 900.0], east, np.full(7, -200.0)])
+    config = AStarConfig(constant_altitude=True)
+    found, _ = Refinement(config, keep_out_arrays((), 0.0)).refined(points, math.nan, CELL, LIMITS, row, 10_000)
+    assert len(found) <= 4

@@ -277,3 +277,34 @@ def test_presets_are_the_tables_and_any_value_can_be_given():
     ):
         with pytest.raises(ValidationError):
             AStarConfig(**wrong)
+
+
+def test_while_it_turns_the_corner_is_still_ahead():
+    """Once a corner is passed, the straight way to the next waypoint would cut across it, inside the turn."""
+    part = planner()
+    path = np.array([[0.0, 0, -200], [200, 0, -200], [200, 400, -200], [600, 400, -200]])
+    part._path, part._index = path, 2
+
+    def state(north, east, course):
+        return np.array([north, east, -200.0, SPEED, course, 0.0, 0.0])
+
+    np.testing.assert_allclose(part._corner(state(170.0, 0.0, 0.0)), [[200.0, 0.0, -200.0]], atol=1e-9)
+    # Half-way round the tangent meets the leg beyond the corner.
+    np.testing.assert_allclose(part._corner(state(190.0, 10.0, math.pi / 4)), [[200.0, 20.0, -200.0]], atol=1e-9)
+    assert len(part._corner(state(190.0, 10.0, 0.6 * math.pi))) == 0  # away from the leg
+    part._index = 1
+    assert len(part._corner(state(170.0, 0.0, 0.0))) == 0
+
+
+def test_paths_keep_clear_of_level_flight_while_a_climb_rate_is_little_known():
+    one = tracks()[0]
+    for v_down, sigma, rows in ((2.0, 1.0, 2), (2.0, 0.4, 1), (0.05, 1.0, 1)):
+        covariance = 0.01 * np.eye(9)
+        covariance[5, 5] = sigma**2
+        seen = dataclasses.replace(
+            one, velocity=np.array([*one.velocity[:2], v_down]), covariance=covariance
+        )  # fmt: skip
+        prediction, _ = Predictor(AStarConfig(doubt_share=100.0)).predict(0.0, own(), [seen])
+        assert len(prediction.rows) == rows
+        assert list(prediction.doubts) == [False, True][:rows]
+        assert prediction.rows[-1, 5] == (0.0 if rows == 2 else v_down)

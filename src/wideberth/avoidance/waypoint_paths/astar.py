@@ -107,6 +107,7 @@ class GridSearch:
         *,
         berth: float = 1.0,
         cell_share: float = 1.0,
+        climb: float = 1.0,
         expansions_max: int | None = None,
         distances_max: int | None = None,
     ) -> FoundPath | None:
@@ -124,6 +125,8 @@ class GridSearch:
             Factor on `k_r`, the cost of flying near a cylinder.
         cell_share : float
             Factor on the size of the cells.
+        climb : float
+            Factor on what a climbing step costs more than a level one (`k_alt` less `k_dist`).
         expansions_max, distances_max : int, optional
             Budget; the configuration's by default.
 
@@ -139,6 +142,7 @@ class GridSearch:
         heading = 0 if math.isnan(course) else round(turned / (math.pi / 4.0)) % 8
         costs = self._cost.copy()
         costs[ak.K_R] *= berth
+        costs[ak.K_ALT] = costs[ak.K_DIST] + climb * (costs[ak.K_ALT] - costs[ak.K_DIST])
         config, volumes = self._config, self._keep_outs
         status, n, cost = ak.search(
             grid, costs, heading, intruders, len(intruders), volumes.volumes, volumes.vertices,

@@ -197,6 +197,9 @@ class AStarConfig(PartConfig):
         Paths also keep clear of a climb rate so many standard deviations higher and lower, while the height in
         `decide_by_s` seconds is not known within `doubt_share` of the half-height. They are
         no conflict that begins a maneuver.
+    climb_significance : float
+        Paths also keep clear of an intruder that flies level, as long as its climb rate is not so many standard
+        deviations: young tracks are farther off than they say, and most aircraft fly level. No conflict either.
     level_hypothesis : bool
         Also expect that an intruder that climbs or sinks levels off: climb rates are the least that tracks know.
     turn_significance, turn_time_s : float
@@ -218,7 +221,7 @@ class AStarConfig(PartConfig):
     preset: Literal["table_4_4", "table_5_2"] = "table_4_4"
     separation_radius_m: float = Field(gt=0)
     separation_height_m: float = Field(gt=0)
-    plan_margin: float = Field(0.1, ge=0, le=1)
+    plan_margin: float = Field(0.12, ge=0, le=1)
     trigger_margin: float = Field(0.05, ge=0, le=1)
     plan_sigmas: float = Field(1.5, ge=0, le=6)
     plan_sigma_cap: float = Field(0.3, ge=0, le=3)
@@ -253,6 +256,7 @@ class AStarConfig(PartConfig):
     climb_hypothesis_mps: float = Field(0.0, ge=0, le=50)
     climb_sigmas: float = Field(1.5, ge=0, le=6)
     doubt_share: float = Field(0.7, gt=0, le=100)
+    climb_significance: float = Field(4.0, ge=0)
     level_hypothesis: bool = False
     turn_significance: float = Field(1.5, ge=0)
     turn_time_s: float = Field(20.0, ge=0)

@@ -17,8 +17,15 @@ from wideberth.avoidance.waypoint_paths.refinement import Refinement
 from wideberth.types import FloatArray
 
 _CHAIN_SHARE, _REFINEMENT_SHARE = 2, 4  # of their budgets, what is left, each time
-# One search after the other: factors on k_r, on the cells' size, and on the spreads of the predictions.
-_TRIES = ((1.0, 1.0, 1.0), (0.1, 1.0, 0.5), (0.0, 1.0, 0.0), (0.0, 0.5, 0.0))
+_SHORT = 1.05  # times the direct way: no climb can be much shorter
+_CHEAP_SHARE = 3  # of what is left of the budget: searches with cheap climbs look at many levels
+_CHEAP = 0.1  # of what a climb costs more than the way: next to a long detour it is worth it
+# One search after the other: factors on k_r, on the cells' size, on the spreads of the predictions, and on the cost of
+# climbs.
+_TRIES = (
+    (1.0, 1.0, 1.0, 1.0), (0.1, 1.0, 1.0, _CHEAP), (0.1, 1.0, 0.5, 1.0), (0.1, 1.0, 0.5, _CHEAP),
+    (0.0, 1.0, 0.0, 1.0), (0.0, 0.5, 0.0, 1.0), (0.0, 0.5, 0.0, _CHEAP),
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,30 +134,42 @@ class PathPlanner:
         looks = int(share * config.refinement_looks_max)
         wanted = config.length_ratio_max * math.dist(start, goal)
         best: JudgedPath | None = None
-        for berth, cell_share, spread in _TRIES:
+        short = _SHORT * math.dist(start, goal)
+        for berth, cell_share, spread, climb in _TRIES:
+            cheap = climb < 1.0
+            if cheap and (config.constant_altitude or (best is not None and best.free and best.length <= short)):
+                continue
             intruders = prediction.widened(config.plan_margin, spread)
+            part = _CHEAP_SHARE if cheap else 1
             found = self._search.find(
-                start, course, goal, limits, intruders, berth=berth, cell_share=cell_share,
-                expansions_max=expansions, distances_max=distances,
+                start, course, goal, limits, intruders, berth=berth, cell_share=cell_share, climb=climb,
+                expansions_max=expansions // part, distances_max=distances // part,
             )  # fmt: skip
             if found is None:
                 break
             expansions, distances = expansions - found.expansions, distances - found.distances
-            path = self._completed(found, goal, limits, prediction)
-            tries = [path]
-            if self._chain is not None and len(path.points) > 2:
-                points, times, taken = self._chain.settle(
-                    path.points, course, found.cell, limits, intruders, chain_distances // _CHAIN_SHARE
-                )
-                chain_distances -= taken
-                if self._allowed(points, times, course, limits):
-                    tries.append(self._judged(points, times, prediction, found.cell, path.complete))
-            for one in tuple(tries):
-                refined, taken = self._refined(one, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE)
-                looks -= taken
-                tries.append(refined)
-            best = min([*tries, best] if best else tries, key=_rank)
-            if (best.free and best.length <= wanted) or expansions <= 0 or distances <= 0:
+            tries = [best] if best else []
+            if found.complete or not cheap:  # a climb that is not finished ends high above the goal
+                path = self._completed(found, goal, limits, prediction)
+                new = [path]
+                if self._chain is not None and len(path.points) > 2:
+                    points, times, taken = self._chain.settle(
+                        path.points, course, found.cell, limits, intruders, chain_distances // _CHAIN_SHARE
+                    )
+                    chain_distances -= taken
+                    if self._allowed(points, times, course, limits):
+                        new.append(self._judged(points, times, prediction, found.cell, path.complete))
+                for one in tuple(new):
+                    refined, taken = self._refined(
+                        one, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE
+                    )
+                    looks -= taken
+                    new.append(refined)
+                tries += new
+            best = min(tries, key=_rank)
+            # What is no climb is compared with one first.
+            enough = wanted if cheap or config.constant_altitude else short
+            if (best.free and best.length <= enough) or expansions <= 0 or distances <= 0:
                 break
         return best
 
@@ -160,7 +179,13 @@ class PathPlanner:
         """Return a path refined, and the looks that it took."""
         points, taken = self._refinement.refined(path.points, course, path.cell, limits, intruders, looks)
         judged = self.judge(points, limits.speed, prediction, path.cell)
+        # Where the last leg of an unfinished search cannot be flown, the refinement must not make others like it.
+        if self._flyable_but_for_end(path, course, limits) and not self._flyable_but_for_end(judged, course, limits):
+            return path, taken
         return dataclasses.replace(judged, complete=path.complete), taken
+
+    def _flyable_but_for_end(self, path: JudgedPath, course: float, limits: Limits) -> bool:
+        return self._allowed(path.points[:-1], path.times[:-1], course, limits)
 
     def follow(
         self, points: FloatArray, course: float, cell: float, limits: Limits, prediction: Prediction

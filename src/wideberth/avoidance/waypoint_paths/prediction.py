@@ -116,20 +116,24 @@ class Predictor:
                 turning[ik.TURN_RATE], turning[ik.TURN_TIME] = rate, config.turn_time_s
                 rows.append(turning)
         if config.level_hypothesis and abs(row[ik.V_DOWN]) > _LEVEL:
-            level = row.copy()
-            level[ik.V_DOWN] = 0.0
-            rows.append(level)
+            rows.append(_level(row))
         if not config.constant_altitude:
             rows += _climbing(row, config.climb_hypothesis_mps)
         return rows
 
     def _climb_doubts(self, track: Track, row: FloatArray) -> list[FloatArray]:
-        """Return the rows of climb rates that are possible too; none once the height is known well enough."""
+        """Return the rows of climb rates that are possible too; none once the climb rate is known well enough."""
         config = self._config
-        down = position_variances(track, config.decide_by_s)[2]
-        if config.constant_altitude or down <= (config.doubt_share * 0.5 * config.separation_height_m) ** 2:
+        if config.constant_altitude or config.climb_sigmas == 0.0:
             return []
-        return _climbing(row, config.climb_sigmas * math.sqrt(max(float(track.covariance[5, 5]), 0.0)))
+        sigma = math.sqrt(max(float(track.covariance[5, 5]), 0.0))
+        rows = []
+        if _LEVEL < abs(row[ik.V_DOWN]) < config.climb_significance * sigma:
+            rows.append(_level(row))
+        down = position_variances(track, config.decide_by_s)[2]
+        if down > (config.doubt_share * 0.5 * config.separation_height_m) ** 2:
+            rows += _climbing(row, config.climb_sigmas * sigma)
+        return rows
 
     def _turn_rate(self, track: Track) -> float:
         """Return the turn rate (rad/s, positive clockwise from above) that the track's acceleration shows, if any."""
@@ -169,6 +173,13 @@ class Predictor:
             min(config.plan_sigmas * level, config.plan_sigma_cap * config.separation_radius_m),
             min(config.plan_sigmas * vertical, config.plan_height_sigma_cap * 0.5 * config.separation_height_m),
         )
+
+
+def _level(row: FloatArray) -> FloatArray:
+    """Return a row that neither climbs nor sinks."""
+    level = row.copy()
+    level[ik.V_DOWN] = 0.0
+    return level
 
 
 def _climbing(row: FloatArray, change: float) -> list[FloatArray]:

@@ -21,9 +21,13 @@ Floats = NDArray[np.float64]
 SPEED, TURN_RADIUS, CLIMB_MAX, SINK_MAX, FLOOR, CEILING, STEP, STEP_LEAST, VERTICAL, LOOKS_MAX = range(10)
 N_REFINEMENT = 10
 
-DIRECTIONS = 6  # along, back, right, left, up, down
+LEVEL_DIRECTIONS = 8  # ahead, back, right, left, and between them; after these up and down
+# Between them because a place that touches a cylinder can often move neither along the chord nor aside alone.
+_BETWEEN = math.sqrt(0.5)
 _SECONDS = 1e-6  # of time in cylinders, and
 _METRES = 0.1  # of length: less is no gain
+_SAME_LENGTH = 1e-10  # m
+_LONGER = 2.0  # times its first length a path may become: away from everybody is no way to the goal
 
 
 @jit_uncounted
@@ -62,18 +66,20 @@ def leave_out(points: Floats, n: int, first: int, count: int, out: Floats) -> in
 
 @jit_uncounted
 def move_place(points: Floats, n: int, k: int, direction: int, step: float, limits: Floats, out: Floats) -> None:
-    """Write a path with place `k` moved by a step into `out`: along the chord of its neighbours, aside, up or down."""
+    """Write a path with place `k` moved by a step into `out`: level, by its neighbours' chord, or up or down."""
     leave_out(points, n, n, 0, out)
     along_n, along_e = points[k + 1, 0] - points[k - 1, 0], points[k + 1, 1] - points[k - 1, 1]
     size = max(math.hypot(along_n, along_e), 1e-6)
     along_n, along_e = along_n / size, along_e / size
     way = step if direction % 2 == 0 else -step
-    if direction < 2:
-        out[k, 0] += way * along_n
-        out[k, 1] += way * along_e
-    elif direction < 4:
-        out[k, 0] -= way * along_e
-        out[k, 1] += way * along_n
+    if direction < LEVEL_DIRECTIONS:
+        ahead, right = 1.0, 0.0
+        if direction >= 4:
+            ahead, right = _BETWEEN, (_BETWEEN if direction < 6 else -_BETWEEN)
+        elif direction >= 2:
+            ahead, right = 0.0, 1.0
+        out[k, 0] += way * (ahead * along_n - right * along_e)
+        out[k, 1] += way * (ahead * along_e + right * along_n)
     else:
         # A height outside the bounds may only come nearer to them.
         lowest, highest = max(-limits[FLOOR], points[k, 2]), min(-limits[CEILING], points[k, 2])
@@ -123,38 +129,41 @@ def refine(
         At an intruder from a leg.
     """
     length = leg_times(points, n, limits[SPEED], times)
+    longest = _LONGER * length
     wrong = faults(points, times, n, course, volumes, vertices, limits)
     inside = path_inside(points, times, n, intruders, count, 1.0, entries)[1]
     looks = (n - 1) * max(count, 1)
-    directions = DIRECTIONS if limits[VERTICAL] > 0.0 else DIRECTIONS - 2
+    directions = LEVEL_DIRECTIONS + (2 if limits[VERTICAL] > 0.0 else 0)
     step = limits[STEP]
     block = max(1, (n - 2) // 2)
     direction = -1  # leave out; then move
     k, gained = 1, False
     while step >= limits[STEP_LEAST] and n > 2 and looks < limits[LOOKS_MAX]:
+        least = _METRES
         if direction < 0:
-            m = leave_out(points, n, k, min(block, n - 1 - k), trial)
+            # One place less to look at is worth it by itself: a place on a straight way is left out, too.
+            m, least = leave_out(points, n, k, min(block, n - 1 - k), trial), -_SAME_LENGTH
         else:
             m = n
             move_place(points, n, k, direction, step, limits, trial)
         new_length = leg_times(trial, m, limits[SPEED], times)
-        better = False
+        better, new_wrong = False, ~wrong
         # Who is free already gains by a shorter way alone.
-        if (inside > 0.0 or new_length < length - _METRES) and (
-            faults(trial, times, m, course, volumes, vertices, limits) & ~wrong
-        ) == 0:
+        if new_length < (longest if inside > 0.0 else length - least):
+            new_wrong = faults(trial, times, m, course, volumes, vertices, limits)
+        if new_wrong & ~wrong == 0:
             new_inside = path_inside(trial, times, m, intruders, count, 1.0, entries)[1]
             looks += (m - 1) * max(count, 1)
-            better = new_inside < inside - _SECONDS or (new_inside <= inside and new_length < length - _METRES)
+            better = new_inside < inside - _SECONDS or (new_inside <= inside and new_length < length - least)
         if better:
             leave_out(trial, m, m, 0, points)
-            n, length, inside, gained = m, new_length, new_inside, True
+            n, length, inside, wrong, gained = m, new_length, new_inside, new_wrong, True
             k = min(k, n - 2)
             continue
         if block == 1:
             direction += 1
             # Who is free gains next to nothing by a slower climb, and keeps less margin while it lasts.
-            if direction < (directions if inside > 0.0 else 4):
+            if direction < (directions if inside > 0.0 else LEVEL_DIRECTIONS):
                 continue
         direction = -1
         k += max(1, block // 2)

@@ -23,6 +23,7 @@ _SAME_PLACE = 1.0  # m
 _HOVERING = 0.3  # of the wanted speed: slower than this the ownship may begin in any direction
 _LATE = 1.5  # a maneuver may take so many times its planned time
 _SHORTER = 0.98  # of the way left: what is shorter by less is not worth a change
+_CORNER_MAX = math.radians(120.0)  # paths have no sharper ones
 _MUCH_SHORTER = 0.9  # of a path that is free and follows from the one flown: another sense costs seconds
 
 
@@ -131,7 +132,29 @@ class AStarPlanner:
         """Return what is left to fly: from here, the maneuver's waypoints not yet visited, and the mission's."""
         if self._maneuver is None:
             return _distinct(x[:3], mission.waypoints[mission.index :])
-        return _distinct(x[:3], self._path[self._index :], mission.waypoints[self._rejoin :])
+        return _distinct(x[:3], self._corner(x), self._path[self._index :], mission.waypoints[self._rejoin :])
+
+    def _corner(self, x: FloatArray) -> FloatArray:
+        """Return the place (at most one) where the course meets the leg being joined.
+
+        A corner is passed where its turn begins. To the waypoint after it the way is straight only beyond the turn,
+        and the chord across it may lead through a cylinder that the turn keeps clear of.
+        """
+        nowhere = np.empty((0, 3))
+        if self._index < 2:
+            return nowhere
+        before, after = self._path[self._index - 1], self._path[self._index]
+        leg = after - before
+        length = math.hypot(leg[0], leg[1])
+        if length < _SAME_PLACE:
+            return nowhere
+        along = ((x[0] - before[0]) * leg[0] + (x[1] - before[1]) * leg[1]) / length
+        aside = (leg[0] * (x[1] - before[1]) - leg[1] * (x[0] - before[0])) / length
+        turn = vk.wrap_angle(math.atan2(leg[1], leg[0]) - float(x[4]))
+        if aside * turn <= 0.0 or abs(turn) > _CORNER_MAX:
+            return nowhere  # the course does not lead to the leg
+        share = max(0.0, (along + aside / math.tan(turn)) / length)
+        return (before + share * leg)[np.newaxis] if share < 0.5 else nowhere
 
     def _is_conflict(self, path: JudgedPath, ownship: Ownship, prediction: Prediction) -> bool:
         """Return whether a cylinder is entered, by somebody near or soon (thesis alg. 3, line 19)."""

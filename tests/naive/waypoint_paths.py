@@ -279,3 +279,50 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
         if not gained:
             step *= 0.5
     return np.array(path)
+
+
+def begun_path(points: FloatArray, course: float, radius: float, least: float, most: float, piece: float) -> FloatArray:
+    """A path with its first turn as chords of an arc, if that turns by more than `least` and less than `most`.
+
+    The turn ends where its tangent leads to the first waypoint: found by bisection, after a search in small steps.
+    """
+    start, waypoint = points[0], points[1]
+    if math.isnan(course):
+        return np.array(points)
+    ahead = np.array([math.cos(course), math.sin(course)])
+    right = np.array([-ahead[1], ahead[0]])
+    side = 1.0 if (waypoint[:2] - start[:2]) @ right >= 0.0 else -1.0
+    centre = start[:2] + side * radius * right
+
+    def on_arc(angle: float) -> FloatArray:
+        place: FloatArray = start[:2] + radius * (math.sin(angle) * ahead + side * (1.0 - math.cos(angle)) * right)
+        return place
+
+    def still_to_turn(angle: float) -> float:
+        """Inwards of the tangent to the waypoint: positive as long as the turn has to go on."""
+        along = math.cos(angle) * ahead + side * math.sin(angle) * right
+        inwards = centre - on_arc(angle)
+        return float((waypoint[:2] - on_arc(angle)) @ inwards) if (waypoint[:2] - on_arc(angle)) @ along > 0 else 1.0
+
+    if np.linalg.norm(waypoint[:2] - centre) <= radius:
+        return np.array(points)
+    angles = np.linspace(0.0, 2.0 * math.pi, 2001)
+    if still_to_turn(0.0) <= 1e-9:
+        return np.array(points)
+    last = next((k for k in range(1, len(angles)) if still_to_turn(angles[k]) <= 0.0), None)
+    if last is None:
+        return np.array(points)
+    low, high = angles[last - 1], angles[last]
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if still_to_turn(middle) > 0.0 else (low, middle)
+    turn = 0.5 * (low + high)
+    if not least < turn < most:
+        return np.array(points)
+    count = math.ceil(turn / piece)
+    length = radius * turn + float(np.linalg.norm(waypoint[:2] - on_arc(turn)))
+    arc = []
+    for k in range(1, count + 1):
+        angle = turn * k / count
+        arc.append([*on_arc(angle), start[2] + (waypoint[2] - start[2]) * radius * angle / length])
+    return np.vstack([start, arc, points[1:]])

@@ -103,6 +103,18 @@ def newborn(own_tracks, *tracks, radar=GROUND, sure=True):
     return [one.is_ownship for one in own_tracks.step(tracks, ORIGIN, sure, [radar])]
 
 
+def test_a_radar_close_by_that_stays_while_the_ownship_moves_is_not_on_board():
+    for follows in (False, True):
+        own = OwnTracks()
+        for k in range(4):
+            place = np.array([0.0, 1.0 * k, 0.0])
+            radar = place if follows else np.array([5.0, 0.0, 0.0])
+            assert own.step([], place, True, [radar]) == ()
+        # Begun close to the ownship: its own echo, but for a radar on board, which sees others only.
+        (marked,) = own.step([at(0.4, 4.0)], place, True, [radar])
+        assert marked.is_ownship is not follows
+
+
 def test_a_track_that_begins_at_the_ownship_is_ours_for_a_while():
     own = OwnTracks()
     assert newborn(own, at(0.0, HOLD_RADIUS - 1.0), at(0.0, HOLD_RADIUS + 1.0, name="8")) == [True, False]

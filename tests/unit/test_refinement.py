@@ -11,6 +11,7 @@ from tests.naive import waypoint_paths as naive
 from wideberth.avoidance.keep_out import kernels as kk
 from wideberth.avoidance.keep_out.config import PolygonKeepOut
 from wideberth.avoidance.keep_out.volumes import keep_out_arrays
+from wideberth.avoidance.waypoint_paths import first_turn_kernels as ftk
 from wideberth.avoidance.waypoint_paths import intruder_kernels as ik
 from wideberth.avoidance.waypoint_paths import limits_kernels as lk
 from wideberth.avoidance.waypoint_paths.astar import Limits
@@ -26,14 +27,16 @@ def judged(path, rows, course, volumes):
     points = np.array(path)
     lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
     times = np.concatenate(([0.0], np.cumsum(lengths) / LIMITS.speed))
-    wrong = set()
     limits = LIMITS.radius, LIMITS.climb_max, LIMITS.sink_max
-    if not lk.path_flyable(points, times, len(points), course, *limits):
-        wrong.add("not flyable")
+    flaws = lk.path_flaws(points, times, len(points), course, *limits)
+    wrong = {flaw for flaw in (lk.STEEP_FIRST, lk.SHARP_FIRST, lk.STEEP, lk.SHARP) if flaws & flaw}
     if kk.path_enters(points, len(points), *volumes) >= 0:
         wrong.add("closed")
-    inside = ik.path_inside(points, times, len(points), rows, len(rows), 1.0, np.empty(len(rows)))[1]
-    return wrong, inside, float(lengths.sum())
+    flown = naive.begun_path(points, course, LIMITS.radius, ftk.TURN_LEAST, ftk.TURN_MOST, ftk.PIECE)
+    legs = np.linalg.norm(np.diff(flown, axis=0), axis=1)
+    times = np.concatenate(([0.0], np.cumsum(legs) / LIMITS.speed))
+    inside = ik.path_inside(flown, times, len(flown), rows, len(rows), 1.0, np.empty(len(rows)))[1]
+    return wrong, inside, float(legs.sum())
 
 
 def drawn(seed, constant_altitude=False):
@@ -135,10 +138,10 @@ def test_a_place_that_touches_a_moving_cylinder_slides_along_it():
     rows[:, 6:8] = 171.0, 36.0
     points = np.array([[-331.0, 0, -200], [-26, 312, -200], [500, 0, -200]])
     config = AStarConfig(constant_altitude=True)
-    found, _ = Refinement(config, keep_out_arrays((), 0.0)).refined(points, 0.0, CELL, LIMITS, rows, 10_000)
-    assert judged(points, rows, 0.0, keep_out_arrays((), 0.0))[1:] == (0.0, pytest.approx(1048, abs=1))
-    assert judged(found, rows, 0.0, keep_out_arrays((), 0.0))[1] == 0.0
-    assert judged(found, rows, 0.0, keep_out_arrays((), 0.0))[2] < 0.96 * 1048.0
+    found, _ = Refinement(config, keep_out_arrays((), 0.0)).refined(points, math.nan, CELL, LIMITS, rows, 10_000)
+    assert judged(points, rows, math.nan, keep_out_arrays((), 0.0))[1:] == (0.0, pytest.approx(1048, abs=1))
+    assert judged(found, rows, math.nan, keep_out_arrays((), 0.0))[1] == 0.0
+    assert judged(found, rows, math.nan, keep_out_arrays((), 0.0))[2] < 0.96 * 1048.0
 
 
 def test_places_on_a_straight_way_are_left_out():

@@ -59,6 +59,17 @@ def test_n_consecutive_detections_begin_a_maneuver():
     assert [maneuver is not None for maneuver, _ in chosen] == [False] * 7 + [True]
 
 
+def test_the_sooner_a_cylinder_is_entered_the_fewer_detections_are_waited_for():
+    def begins(distance):
+        ahead = [([-400.0 + distance, 0.0, -200.0], [-17.0, 0.0, 0.0])]
+        chosen = decisions(planner(detections_needed=10), lambda k: tracks(0.1 * k, ahead), n=12)
+        return next(k for k, (maneuver, _) in enumerate(chosen, 1) if maneuver is not None)
+
+    assert begins(600.0) == 10
+    assert 3 < begins(320.0) < 10
+    assert begins(180.0) == 3  # never fewer
+
+
 def test_a_conflict_counts_only_near_or_soon():
     far = [([1500.0, 0.0, -200.0], [-17.0, 0.0, 0.0])]
     long_mission = {"waypoints": [[-400.0, 0.0, -200.0], [1800.0, 0.0, -200.0]]}
@@ -99,6 +110,17 @@ def test_visited_waypoints_stay_and_the_rest_is_planned_from_here():
     for maneuver in flown.maneuvers[1:]:
         here = flown.places[round(maneuver.t / 0.1)]
         assert maneuver.waypoints[0, 0] > here[0] - 1.0
+
+
+def test_the_last_resort_is_a_turn_and_a_climb_at_the_limit_at_once():
+    """Well inside, the nearest bound is above; the grid turns or climbs, never both in one move."""
+    beside = [([-400.0, 60.0, -188.0], [SPEED, 0.0, 0.0])]
+    maneuver = decisions(planner(), lambda k: tracks(0.1 * k, beside))[-1][0]
+    assert maneuver is not None and maneuver.least_bad
+    first = maneuver.waypoints[0] - own(t=maneuver.t).position
+    rate = -first[2] / (maneuver.times[0] - maneuver.t)
+    assert rate > 0.8 * SMALL_WING.climb_rate_max_mps
+    assert first[1] < 0.0
 
 
 def test_least_bad_paths_are_flagged_and_said():

@@ -283,7 +283,7 @@ def test_limits_of_paths():
         points = np.array(points, float)
         lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
         times = np.concatenate(([0.0], np.cumsum(lengths) / 13.0))
-        return lk.path_flyable(points, times, len(points), course, radius, 4.0, 3.0)
+        return lk.path_flaws(points, times, len(points), course, radius, 4.0, 3.0) == 0
 
     assert flyable([[0, 0, 0], [100, 0, 0], [200, 100, 0]])
     assert not flyable([[0, 0, 0], [100, 0, 0], [0, 1, 0]])  # back

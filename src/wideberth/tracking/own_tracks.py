@@ -19,6 +19,9 @@ MOTION_UNKNOWN = 10.0
 HOLD_RADIUS = 30.0
 """A track that was the ownship's stays so this near to it, m, unless another track is found to be the ownship's."""
 
+LEFT_BEHIND = 2.0
+"""A radar is not on board if it has not moved since the ownship was so far away, m."""
+
 NEWS = 3
 """So many updates make somebody else of a track that flew on without news, if another is found to be the ownship's."""
 
@@ -47,6 +50,7 @@ class OwnTracks:
         self._began: dict[str, tuple[float, bool]] = {}  # when each track did, and whether near the ownship
         self._newborn_updated: dict[str, float] = {}  # of those taken as the ownship's for being newborn
         self._seen_from_elsewhere = False
+        self._stood: dict[tuple[float, ...], list[float]] = {}  # where radars stand, and the ownship's place at first
 
     def step(
         self,
@@ -105,6 +109,16 @@ class OwnTracks:
             marked.append(dataclasses.replace(track, is_ownship=True) if own and not track.is_ownship else track)
         return tuple(marked)
 
+    def _is_elsewhere(self, place: list[float], radars: Sequence[FloatArray]) -> bool:
+        """Return whether a radar is far from the ownship, or stayed where it was while that moved."""
+        before, self._stood = self._stood, {}
+        found = False
+        for radar in radars:
+            at = tuple(radar.tolist())
+            self._stood[at] = before.get(at, place)
+            found = found or math.dist(at, place) > HOLD_RADIUS or math.dist(self._stood[at], place) > LEFT_BEHIND
+        return found
+
     def _newborn(
         self,
         tracks: Sequence[Track],
@@ -117,7 +131,7 @@ class OwnTracks:
         """Return the tracks that have just begun at the ownship and may be its own, whose known ones had `own_news`."""
         # A radar on board never sees the ownship: what begins near it there is somebody else.
         if sure and not self._seen_from_elsewhere:
-            self._seen_from_elsewhere = any(math.dist(radar, own_position) > HOLD_RADIUS for radar in radars)
+            self._seen_from_elsewhere = self._is_elsewhere(own_position.tolist(), radars)
         self._began = {
             track.id: self._began.get(track.id, (track.t, distance <= HOLD_RADIUS))
             for track, distance in zip(tracks, distances, strict=True)

@@ -41,7 +41,7 @@ class IntruderViews:
     Attributes
     ----------
     counters : dict of str to int
-        ``not_finite``, ``unusable`` and ``motion_unknown`` as of `SoundTracks`, and ``stale``: not updated for `stale_s`.
+        ``not_finite``, ``unusable`` and ``motion_unknown`` as of `SoundTracks`; ``stale``: not updated for `stale_s`.
     """
 
     def __init__(self, config: VerticalConfig) -> None:

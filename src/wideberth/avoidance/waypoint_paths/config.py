@@ -221,7 +221,7 @@ class AStarConfig(PartConfig):
     preset: Literal["table_4_4", "table_5_2"] = "table_4_4"
     separation_radius_m: float = Field(gt=0)
     separation_height_m: float = Field(gt=0)
-    plan_margin: float = Field(0.12, ge=0, le=1)
+    plan_margin: float = Field(0.13, ge=0, le=1)
     trigger_margin: float = Field(0.05, ge=0, le=1)
     plan_sigmas: float = Field(1.5, ge=0, le=6)
     plan_sigma_cap: float = Field(0.3, ge=0, le=3)
@@ -237,7 +237,7 @@ class AStarConfig(PartConfig):
     decision_period_s: float = Field(0.1, gt=0, le=10)
     settle_s: float = Field(5.0, ge=0)
     urgent_s: float = Field(10.0, ge=0)
-    replace_share: float = Field(0.25, gt=0, le=1)
+    replace_share: float = Field(0.5, gt=0, le=1)
     return_after_s: float = Field(2.0, ge=0)
     cell_m: float = Field(gt=0)
     cell_height_m: float = Field(gt=0)
@@ -252,14 +252,14 @@ class AStarConfig(PartConfig):
     refinement_looks_max: int = Field(40_000, ge=100, le=100_000_000)
     intruders_max: int = Field(32, ge=1, le=1000)
     constant_altitude: bool
-    turn_hypothesis: bool = False
+    turn_hypothesis: bool = True
     climb_hypothesis_mps: float = Field(0.0, ge=0, le=50)
     climb_sigmas: float = Field(1.5, ge=0, le=6)
     doubt_share: float = Field(0.7, gt=0, le=100)
     climb_significance: float = Field(4.0, ge=0)
     level_hypothesis: bool = False
     turn_significance: float = Field(1.5, ge=0)
-    turn_time_s: float = Field(20.0, ge=0)
+    turn_time_s: float = Field(8.0, ge=0)
     tentative: bool = False
     ghost_s: float = Field(10.0, ge=0)
     altitude_min_m: float = 50.0

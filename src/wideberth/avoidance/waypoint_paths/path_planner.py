@@ -1,20 +1,22 @@
 """The path from here to a goal: A*, then the chain over it, each checked in fine time; the best of them."""
 
-import dataclasses
+import itertools
 import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from wideberth.avoidance.keep_out.kernels import KeepOuts, path_enters
+from wideberth.avoidance.waypoint_paths import first_turn_kernels as ftk
 from wideberth.avoidance.waypoint_paths.astar import FoundPath, GridSearch, Limits
 from wideberth.avoidance.waypoint_paths.chain import Chain
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
 from wideberth.avoidance.waypoint_paths.intruder_kernels import path_inside
-from wideberth.avoidance.waypoint_paths.limits_kernels import path_flyable
+from wideberth.avoidance.waypoint_paths.limits_kernels import SHARP_FIRST, path_flaws
 from wideberth.avoidance.waypoint_paths.prediction import Prediction
 from wideberth.avoidance.waypoint_paths.refinement import Refinement
 from wideberth.types import FloatArray
+from wideberth.vehicles.kernels import wrap_angle
 
 _CHAIN_SHARE, _REFINEMENT_SHARE = 2, 4  # of their budgets, what is left, each time
 _SHORT = 1.05  # times the direct way: no climb can be much shorter
@@ -28,6 +30,12 @@ _TRIES = (
 )  # fmt: skip
 
 
+_ESCAPE_S = 10.0  # that an escape goes on for
+_ESCAPE_TURNS = np.radians(np.arange(-150.0, 151.0, 30.0)).tolist()
+_TURN_METRES = 20.0  # of way that a radian of turn is worth
+_LATE_SHARE = 0.2  # of a second in a cylinder later than `decide_by_s`
+
+
 @dataclass(frozen=True, slots=True)
 class JudgedPath:
     """A path from the ownship to its goal, and what it meets.
@@ -35,11 +43,19 @@ class JudgedPath:
     Attributes
     ----------
     points, times : ndarray, shape (n, 3), (n,)
-        Local NED, m, the first the ownship; s from now.
+        Local NED, m, the first the ownship; s from now, along the legs.
+    arrivals : ndarray, shape (n,)
+        When the places are reached with the turn that begins the path, s from now; the first means nothing.
+    length : float
+        As it is flown, with the turn that begins it, m.
+    turn : float
+        From the ownship's course to the first leg, rad, not negative.
     cell : float
         Of the grid it comes from, m.
     inside : float
         Seconds in collision cylinders (with the trigger's margin), all together.
+    weight : float
+        The same, with those that come late worth less: there is time to change the path, and to learn more.
     entry : float
         When it first enters one, s from now, inf if never.
     entries : ndarray, shape (m,)
@@ -50,8 +66,12 @@ class JudgedPath:
 
     points: FloatArray
     times: FloatArray
+    arrivals: FloatArray
+    length: float
+    turn: float
     cell: float
     inside: float
+    weight: float
     entry: float
     entries: FloatArray
     complete: bool = True
@@ -60,11 +80,6 @@ class JudgedPath:
     def free(self) -> bool:
         """Whether it meets nobody."""
         return self.inside == 0.0
-
-    @property
-    def length(self) -> float:
-        """Length, m."""
-        return path_length(self.points)
 
 
 def path_length(points: FloatArray) -> float:
@@ -88,19 +103,48 @@ class PathPlanner:
         self._chain = Chain(config, keep_outs) if with_chain else None
         self._refinement = Refinement(config, keep_outs)
 
-    def judge(self, points: FloatArray, speed: float, prediction: Prediction, cell: float = 0.0) -> JudgedPath:
-        """Return a path of waypoints (n, 3), flown at `speed` (m/s), with what it meets."""
-        lengths = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
-        times = np.concatenate(([0.0], np.cumsum(lengths) / speed))
-        return self._judged(np.ascontiguousarray(points), times, prediction, cell)
-
-    def _judged(
-        self, points: FloatArray, times: FloatArray, prediction: Prediction, cell: float, complete: bool = True
+    def judge(
+        self,
+        points: FloatArray,
+        course: float,
+        limits: Limits,
+        prediction: Prediction,
+        cell: float = 0.0,
+        complete: bool = True,
     ) -> JudgedPath:
-        entries = np.full(len(prediction.rows), math.inf)
+        """Return a path of waypoints (n, 3), begun with a course (rad, NaN where any will do), with what it meets."""
+        points = np.ascontiguousarray(points)
+        lengths = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
+        times = np.concatenate(([0.0], np.cumsum(lengths) / limits.speed))
+        flown, arrivals = self._flown(points, course, limits)
         scale = 1.0 + self._config.trigger_margin
-        entry, inside = path_inside(points, times, len(points), prediction.rows, len(entries), scale, entries)
-        return JudgedPath(points, times, cell, inside, entry, entries, complete)
+        entry, inside, entries = _meets(flown, arrivals, prediction.rows, scale)
+        weight = inside
+        if inside > 0.0:
+            n = int(np.searchsorted(arrivals, self._config.decide_by_s)) + 1
+            soon = _meets(flown[:n], arrivals[:n], prediction.rows, scale)[1]
+            weight = soon + _LATE_SHARE * (inside - soon)
+        at_places, length = arrivals[len(flown) - len(points) :], float(arrivals[-1]) * limits.speed
+        return JudgedPath(
+            points,
+            times,
+            at_places,
+            length,
+            _first_turn(points, course),
+            cell,
+            inside,
+            weight,
+            entry,
+            entries,
+            complete,
+        )
+
+    def _flown(self, points: FloatArray, course: float, limits: Limits) -> tuple[FloatArray, FloatArray]:
+        """Return a path with its first turn, and when it is where."""
+        places = np.empty((len(points) + ftk.PLACES, 3))
+        times = np.empty(len(places))
+        n = ftk.flown_times(points, len(points), course, limits.radius, limits.speed, places, times)
+        return places[:n], times[:n]
 
     def plan(
         self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction,
@@ -150,7 +194,7 @@ class PathPlanner:
             expansions, distances = expansions - found.expansions, distances - found.distances
             tries = [best] if best else []
             if found.complete or not cheap:  # a climb that is not finished ends high above the goal
-                path = self._completed(found, goal, limits, prediction)
+                path = self._completed(found, course, goal, limits, prediction)
                 new = [path]
                 if self._chain is not None and len(path.points) > 2:
                     points, times, taken = self._chain.settle(
@@ -158,7 +202,7 @@ class PathPlanner:
                     )
                     chain_distances -= taken
                     if self._allowed(points, times, course, limits):
-                        new.append(self._judged(points, times, prediction, found.cell, path.complete))
+                        new.append(self.judge(points, course, limits, prediction, found.cell, path.complete))
                 for one in tuple(new):
                     refined, taken = self._refined(
                         one, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE
@@ -171,18 +215,47 @@ class PathPlanner:
             enough = wanted if cheap or config.constant_altitude else short
             if (best.free and best.length <= enough) or expansions <= 0 or distances <= 0:
                 break
+        if best is None or not best.free:
+            tries = self._escapes(start, course, goal, limits, prediction, looks)
+            best = min([*tries, best] if best else tries, key=_rank, default=None)
         return best
+
+    def _escapes(
+        self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction, looks: int
+    ) -> list[JudgedPath]:
+        """Return the best of some turns with a climb or descent at the limits, and it refined: the last resort.
+
+        The grid has no move that turns and climbs at once, and none between its eighths of a turn.
+        """
+        config = self._config
+        base = math.atan2(goal[1] - start[1], goal[0] - start[0]) if math.isnan(course) else course
+        reach = _ESCAPE_S * limits.speed
+        lowest, highest = max(-config.altitude_min_m, start[2]), min(-config.altitude_max_m, start[2])
+        rates = (0.0,) if config.constant_altitude else (0.0, -limits.climb_max, limits.sink_max)
+        best: JudgedPath | None = None
+        for turn, rate in itertools.product(_ESCAPE_TURNS, rates):
+            away = base + turn
+            down = min(max(start[2] + _ESCAPE_S * rate, highest), lowest)
+            place = (start[0] + reach * math.cos(away), start[1] + reach * math.sin(away), down)
+            points = np.array([start, place, goal])
+            if path_enters(points, 3, self._keep_outs.volumes, self._keep_outs.vertices) < 0:
+                path = self.judge(points, course, limits, prediction, reach)
+                best = path if best is None else min(path, best, key=_rank)
+        if best is None:
+            return []
+        intruders = prediction.widened(config.plan_margin, 0.0)
+        return [best, self._refined(best, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE)[0]]
 
     def _refined(
         self, path: JudgedPath, course: float, limits: Limits, intruders: FloatArray, prediction: Prediction, looks: int
     ) -> tuple[JudgedPath, int]:
         """Return a path refined, and the looks that it took."""
         points, taken = self._refinement.refined(path.points, course, path.cell, limits, intruders, looks)
-        judged = self.judge(points, limits.speed, prediction, path.cell)
+        judged = self.judge(points, course, limits, prediction, path.cell, path.complete)
         # Where the last leg of an unfinished search cannot be flown, the refinement must not make others like it.
         if self._flyable_but_for_end(path, course, limits) and not self._flyable_but_for_end(judged, course, limits):
             return path, taken
-        return dataclasses.replace(judged, complete=path.complete), taken
+        return judged, taken
 
     def _flyable_but_for_end(self, path: JudgedPath, course: float, limits: Limits) -> bool:
         return self._allowed(path.points[:-1], path.times[:-1], course, limits)
@@ -201,13 +274,13 @@ class PathPlanner:
         """
         intruders = prediction.widened(self._config.plan_margin)
         looks = self._config.refinement_looks_max // _REFINEMENT_SHARE
-        kept = self.judge(points, limits.speed, prediction, cell)
+        kept = self.judge(points, course, limits, prediction, cell)
         tries = [self._refined(kept, course, limits, intruders, prediction, looks)[0]]
         settled: JudgedPath | None = None
         if self._chain is not None and len(points) > 2:
             budget = self._config.chain_distances_max
-            points, times, _ = self._chain.settle(points, course, cell, limits, intruders, budget)
-            settled = self._judged(points, times, prediction, cell)
+            points, _, _ = self._chain.settle(points, course, cell, limits, intruders, budget)
+            settled = self.judge(points, course, limits, prediction, cell)
             tries.append(self._refined(settled, course, limits, intruders, prediction, looks)[0])
         free = [path for path in tries if path.free and self._allowed(path.points, path.times, course, limits)]
         if free:
@@ -233,35 +306,49 @@ class PathPlanner:
         prediction : Prediction
             The cylinders are kept clear of as by plans (`plan_margin`), so that no new conflict is found at once.
         """
-        path = self.judge(np.vstack([start, goal]), limits.speed, prediction)
-        if not self._allowed(path.points, path.times, course, limits):
+        path = self.judge(np.vstack([start, goal]), course, limits, prediction)
+        # However far it turns back: the turn is judged as it is flown.
+        if not self._allowed(path.points, path.times, course, limits, SHARP_FIRST):
             return None
-        whole = self.judge(np.vstack([path.points, rest]), limits.speed, prediction)
-        return path if self._inside(whole, 1.0 + self._config.plan_margin, prediction) == 0.0 else None
+        whole, times = self._flown(np.vstack([path.points, rest]), course, limits)
+        return path if _meets(whole, times, prediction.rows, 1.0 + self._config.plan_margin)[1] == 0.0 else None
 
-    def _inside(self, path: JudgedPath, scale: float, prediction: Prediction) -> float:
-        """Return the seconds of a path in cylinders larger by a factor."""
-        entries = np.empty(len(prediction.rows))
-        return path_inside(path.points, path.times, len(path.points), prediction.rows, len(entries), scale, entries)[1]
-
-    def _completed(self, found: FoundPath, goal: FloatArray, limits: Limits, prediction: Prediction) -> JudgedPath:
+    def _completed(
+        self, found: FoundPath, course: float, goal: FloatArray, limits: Limits, prediction: Prediction
+    ) -> JudgedPath:
         """Return the path with its end at the goal, or as it is where the way there is closed."""
-        path = self._judged(found.points, found.times, prediction, found.cell, found.complete)
+        path = self.judge(found.points, course, limits, prediction, found.cell, found.complete)
         end = found.points[-1]
         if found.complete:
             return path
         leg = np.array([end, goal])
         if path_enters(leg, 2, self._keep_outs.volumes, self._keep_outs.vertices) >= 0:
             return path
-        return self.judge(np.vstack([found.points, goal]), limits.speed, prediction, found.cell)
+        return self.judge(np.vstack([found.points, goal]), course, limits, prediction, found.cell)
 
-    def _allowed(self, points: FloatArray, times: FloatArray, course: float, limits: Limits) -> bool:
+    def _allowed(self, points: FloatArray, times: FloatArray, course: float, limits: Limits, taken: int = 0) -> bool:
+        """Return whether a path enters no keep-out, and has no flaws of `path_flaws` but those taken as they are."""
         volumes = self._keep_outs
-        return path_enters(points, len(points), volumes.volumes, volumes.vertices) < 0 and path_flyable(
-            points, times, len(points), course, limits.radius, limits.climb_max, limits.sink_max
-        )
+        flaws = path_flaws(points, times, len(points), course, limits.radius, limits.climb_max, limits.sink_max)
+        return flaws & ~taken == 0 and path_enters(points, len(points), volumes.volumes, volumes.vertices) < 0
+
+
+def _meets(points: FloatArray, times: FloatArray, rows: FloatArray, scale: float) -> tuple[float, float, FloatArray]:
+    """Return when a path first enters a cylinder larger by a factor, the seconds inside, and the entry of each."""
+    entries = np.full(len(rows), math.inf)
+    entry, inside = path_inside(points, times, len(points), rows, len(rows), scale, entries)
+    return entry, inside, entries
+
+
+def _first_turn(points: FloatArray, course: float) -> float:
+    leg = points[1] - points[0]
+    turn = abs(wrap_angle(math.atan2(leg[1], leg[0]) - course))
+    return 0.0 if math.isnan(turn) else turn
 
 
 def _rank(path: JudgedPath) -> tuple[float, bool, float]:
-    """Order paths: least time in cylinders, reaching the goal, short."""
-    return path.inside, not path.complete, path.length
+    """Order paths: least time in cylinders (what comes late is worth less), reaching the goal, short.
+
+    Of two about as long the one that begins more gently is worth more: what is learned later changes it more easily.
+    """
+    return path.weight, not path.complete, path.length + _TURN_METRES * path.turn

@@ -6,6 +6,7 @@ from wideberth.avoidance.keep_out.kernels import KeepOuts
 from wideberth.avoidance.waypoint_paths import refinement_kernels as rk
 from wideberth.avoidance.waypoint_paths.astar import Limits
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import PLACES
 from wideberth.types import FloatArray
 
 _FIRST, _LEAST = 0.5, 0.03  # steps of the search, in cells
@@ -57,6 +58,6 @@ class Refinement:
         places = np.array(points, float)
         left, looks = rk.refine(
             places, n, course, intruders, m, self._keep_outs.volumes, self._keep_outs.vertices, p,
-            np.empty((n, 3)), np.empty(n), np.empty(m),
+            np.empty((n, 3)), np.empty((n + PLACES, 3)), np.empty(n + PLACES), np.empty(m),
         )  # fmt: skip
         return places[:left].copy(), int(looks)

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.keep_out.kernels import N_VOLUME, path_enters
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import PLACES, begin_turn, leg_times
 from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, path_inside
-from wideberth.avoidance.waypoint_paths.limits_kernels import path_flyable
+from wideberth.avoidance.waypoint_paths.limits_kernels import path_flaws
 
 Floats = NDArray[np.float64]
 
@@ -24,6 +25,7 @@ N_REFINEMENT = 10
 LEVEL_DIRECTIONS = 8  # ahead, back, right, left, and between them; after these up and down
 # Between them because a place that touches a cylinder can often move neither along the chord nor aside alone.
 _BETWEEN = math.sqrt(0.5)
+CLOSED = 16  # beside the bits of `path_flaws`
 _SECONDS = 1e-6  # of time in cylinders, and
 _METRES = 0.1  # of length: less is no gain
 _SAME_LENGTH = 1e-10  # m
@@ -31,28 +33,22 @@ _LONGER = 2.0  # times its first length a path may become: away from everybody i
 
 
 @jit_uncounted
-def leg_times(points: Floats, n: int, speed: float, times: Floats) -> float:
-    """Write when a path flown at `speed` is at its places into `times` (>= n,), s, and return its length, m."""
-    length = 0.0
-    times[0] = 0.0
-    for i in range(n - 1):
-        dn, de = points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1]
-        dd = points[i + 1, 2] - points[i, 2]
-        length += math.sqrt(dn * dn + de * de + dd * dd)
-        times[i + 1] = length / speed
-    return length
-
-
-@jit_uncounted
 def faults(
     points: Floats, times: Floats, n: int, course: float, volumes: Floats, vertices: Floats, limits: Floats
 ) -> int:
-    """Return what is wrong with a path: 1 where it cannot be flown, and 2 where it enters a closed volume."""
-    flyable = path_flyable(
-        points, times, n, course, limits[TURN_RADIUS], limits[CLIMB_MAX], limits[SINK_MAX]
-    )  # fmt: skip
+    """Return what is wrong with a path: bits of `path_flaws`, and `CLOSED` where it enters a closed volume."""
+    flaws = path_flaws(points, times, n, course, limits[TURN_RADIUS], limits[CLIMB_MAX], limits[SINK_MAX])
     entered = volumes.shape[0] > 0 and path_enters(points, n, volumes, vertices) >= 0
-    return (0 if flyable else 1) + (2 if entered else 0)
+    return flaws | (CLOSED if entered else 0)
+
+
+@jit_uncounted
+def begun_length(
+    points: Floats, n: int, course: float, limits: Floats, flown: Floats, times: Floats
+) -> tuple[int, float]:
+    """Write a path with its first turn, and its times; return how many places it has, and its length, m."""
+    m = begin_turn(points, n, course, limits[TURN_RADIUS], flown)
+    return m, leg_times(flown, m, limits[SPEED], times)
 
 
 @jit_uncounted
@@ -97,6 +93,7 @@ def refine(
     vertices: Floats,
     limits: Floats,
     trial: Floats,
+    flown: Floats,
     times: Floats,
     entries: Floats,
 ) -> tuple[int, int]:
@@ -118,7 +115,7 @@ def refine(
     volumes, vertices : ndarray
         Keep-out volumes.
     limits : ndarray, shape (N_REFINEMENT,)
-    trial, times, entries : ndarray, shape (>= n, 3), (>= n,), (>= count,)
+    trial, flown, times, entries : ndarray, shape (>= n, 3), (>= n + PLACES, 3), (>= n + PLACES,), (>= count,)
         Overwritten.
 
     Returns
@@ -128,11 +125,13 @@ def refine(
     looks : int
         At an intruder from a leg.
     """
-    length = leg_times(points, n, limits[SPEED], times)
-    longest = _LONGER * length
+    leg_times(points, n, limits[SPEED], times)
     wrong = faults(points, times, n, course, volumes, vertices, limits)
-    inside = path_inside(points, times, n, intruders, count, 1.0, entries)[1]
-    looks = (n - 1) * max(count, 1)
+    # The first turn counts as it is flown: else a sharp one would be a free way to lose time.
+    places, length = begun_length(points, n, course, limits, flown, times)
+    longest = _LONGER * length
+    inside = path_inside(flown, times, places, intruders, count, 1.0, entries)[1]
+    looks = (places - 1) * max(count, 1)
     directions = LEVEL_DIRECTIONS + (2 if limits[VERTICAL] > 0.0 else 0)
     step = limits[STEP]
     block = max(1, (n - 2) // 2)
@@ -146,14 +145,16 @@ def refine(
         else:
             m = n
             move_place(points, n, k, direction, step, limits, trial)
-        new_length = leg_times(trial, m, limits[SPEED], times)
+        _, new_length = begun_length(trial, m, course, limits, flown, times)
         better, new_wrong = False, ~wrong
         # Who is free already gains by a shorter way alone.
         if new_length < (longest if inside > 0.0 else length - least):
+            leg_times(trial, m, limits[SPEED], times)
             new_wrong = faults(trial, times, m, course, volumes, vertices, limits)
         if new_wrong & ~wrong == 0:
-            new_inside = path_inside(trial, times, m, intruders, count, 1.0, entries)[1]
-            looks += (m - 1) * max(count, 1)
+            places, _ = begun_length(trial, m, course, limits, flown, times)
+            new_inside = path_inside(flown, times, places, intruders, count, 1.0, entries)[1]
+            looks += (places - 1) * max(count, 1)
             better = new_inside < inside - _SECONDS or (new_inside <= inside and new_length < length - least)
         if better:
             leave_out(trial, m, m, 0, points)
@@ -183,5 +184,5 @@ def warmup() -> None:
     """Compile what Python calls of this module."""
     refine(
         np.zeros((3, 3)), 3, 0.0, np.ones((1, N_INTRUDER)), 1, np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
-        np.ones(N_REFINEMENT), np.zeros((3, 3)), np.zeros(3), np.zeros(1),
+        np.ones(N_REFINEMENT), np.zeros((3, 3)), np.zeros((3 + PLACES, 3)), np.zeros(3 + PLACES), np.zeros(1),
     )  # fmt: skip

@@ -22,6 +22,7 @@ _EPSILON = 1e-6  # s, so that a period of 0.1 s is met by steps of 0.1 s
 _SAME_PLACE = 1.0  # m
 _HOVERING = 0.3  # of the wanted speed: slower than this the ownship may begin in any direction
 _LATE = 1.5  # a maneuver may take so many times its planned time
+_DETECTIONS_LEAST = 3  # in a row, however soon a cylinder is entered
 _SHORTER = 0.98  # of the way left: what is shorter by less is not worth a change
 _CORNER_MAX = math.radians(120.0)  # paths have no sharper ones
 _MUCH_SHORTER = 0.9  # of a path that is free and follows from the one flown: another sense costs seconds
@@ -106,13 +107,14 @@ class AStarPlanner:
             if self._index >= len(self._path) or t >= self._maneuver.valid_until:
                 self._forget()
                 events = (*events, "avoidance waypoints flown: return to the mission")
-        kept = self._planner.judge(self._remaining(x, mission), limits.speed, prediction, self._cell)
+        course = self._course(x, limits)
+        kept = self._planner.judge(self._remaining(x, mission), course, limits, prediction, self._cell)
         if not self._is_conflict(kept, ownship, prediction):
             self._detections = 0
             return self._maneuver, (*events, *self._cut_short(t, x, limits, prediction, mission))
         self._detections += 1
         self._free_since = math.inf
-        if self._detections < self._config.detections_needed or not self._may_replace(t, kept):
+        if self._detections < self._needed(kept) or not self._may_replace(t, kept):
             return self._maneuver, events
         self._detections = 0
         return self._plan(t, x, limits, prediction, threats, mission, kept, events)
@@ -223,6 +225,13 @@ class AStarPlanner:
         """Return the course that a path has to begin with, rad; NaN where the ownship hardly moves."""
         return float(x[4]) if x[3] > _HOVERING * limits.speed else math.nan
 
+    def _needed(self, kept: JudgedPath) -> int:
+        """Return how many detections in a row are waited for: fewer, the sooner a cylinder is entered."""
+        needed = self._config.detections_needed
+        if kept.entry >= self._config.urgent_s:
+            return needed
+        return max(min(needed, _DETECTIONS_LEAST), round(needed * kept.entry / self._config.urgent_s))
+
     def _may_replace(self, t: float, kept: JudgedPath) -> bool:
         maneuver = self._maneuver
         return maneuver is None or t - maneuver.t >= self._config.settle_s or kept.entry <= self._config.urgent_s
@@ -244,13 +253,13 @@ class AStarPlanner:
             points = _distinct(x[:3], self._path[self._index :])
             followed = self._planner.follow(points, course, self._cell, limits, prediction)
         new, goal, rejoin = self._new_path(x, course, limits, prediction, mission, followed)
-        ahead = self._planner.judge(_up_to(kept, goal), limits.speed, prediction, kept.cell)
+        ahead = self._planner.judge(_up_to(kept, goal), course, limits, prediction, kept.cell)
         if self._maneuver is not None and self._maneuver.least_bad and not (new is not None and new.free):
             # Between paths that are not free the one begun is worth more: changing the sense takes time.
-            same = followed if followed is not None and followed.inside < ahead.inside else ahead
-            if new is None or new.inside > self._config.replace_share * same.inside:
+            same = followed if followed is not None and followed.weight < ahead.weight else ahead
+            if new is None or new.weight > self._config.replace_share * same.weight:
                 new, rejoin = same, self._rejoin
-        if new is None or new.inside >= ahead.inside:
+        if new is None or new.weight >= ahead.weight:
             # Nothing better than flying on; the conflict may lie beyond the goal, and is left for when that is passed.
             if self._maneuver is not None or ahead.free:
                 self._counts["kept"] += 1
@@ -285,7 +294,7 @@ class AStarPlanner:
         if others and not free:
             # Somebody may cover the next waypoint: then it is given up for the one after it.
             farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction, share)
-            if farther is not None and (new is None or farther.inside < new.inside):
+            if farther is not None and (new is None or farther.weight < new.weight):
                 return farther, *others[0]
         return new, goal, rejoin
 
@@ -348,9 +357,9 @@ class AStarPlanner:
         self._maneuver = Maneuver(
             t=t,
             waypoints=path.points[1:].copy(),
-            times=t + path.times[1:],
+            times=t + path.arrivals[1:],
             reason=reason,
-            valid_until=t + _LATE * float(path.times[-1]) + 5.0,
+            valid_until=t + _LATE * float(path.arrivals[-1]) + 5.0,
             threat_ids=threat_ids,
             least_bad=not path.free,
         )

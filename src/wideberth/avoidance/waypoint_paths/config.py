@@ -249,7 +249,7 @@ class AStarConfig(PartConfig):
     distances_max: int = Field(150_000, ge=1000, le=100_000_000)
     length_ratio_max: float = Field(1.25, ge=1)
     chain_distances_max: int = Field(100_000, ge=1000, le=100_000_000)
-    refinement_looks_max: int = Field(10_000, ge=100, le=100_000_000)
+    refinement_looks_max: int = Field(16_000, ge=100, le=100_000_000)
     intruders_max: int = Field(32, ge=1, le=1000)
     constant_altitude: bool
     turn_hypothesis: bool = True

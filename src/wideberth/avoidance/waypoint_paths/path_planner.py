@@ -216,7 +216,9 @@ class PathPlanner:
             if (best.free and best.length <= enough) or expansions <= 0 or distances <= 0:
                 break
         if best is None or not best.free:
-            tries = self._escapes(start, course, goal, limits, prediction, looks)
+            # With looks of their own: they are the last resort.
+            own_looks = int(share * config.refinement_looks_max) // _REFINEMENT_SHARE
+            tries = self._escapes(start, course, goal, limits, prediction, own_looks)
             best = min([*tries, best] if best else tries, key=_rank, default=None)
         return best
 
@@ -244,7 +246,7 @@ class PathPlanner:
         if best is None:
             return []
         intruders = prediction.widened(config.plan_margin, 0.0)
-        return [best, self._refined(best, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE)[0]]
+        return [best, self._refined(best, course, limits, intruders, prediction, looks)[0]]
 
     def _refined(
         self, path: JudgedPath, course: float, limits: Limits, intruders: FloatArray, prediction: Prediction, looks: int

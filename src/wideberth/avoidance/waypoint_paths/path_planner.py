@@ -29,7 +29,6 @@ _TRIES = (
     (0.0, 1.0, 0.0, 1.0), (0.0, 0.5, 0.0, 1.0), (0.0, 0.5, 0.0, _CHEAP),
 )  # fmt: skip
 
-
 _ESCAPE_S = 10.0  # that an escape goes on for
 _ESCAPE_TURNS = np.radians(np.arange(-150.0, 151.0, 30.0)).tolist()
 _TURN_METRES = 20.0  # of way that a radian of turn is worth
@@ -167,7 +166,7 @@ class PathPlanner:
         -------
         JudgedPath or None
             The first that is free and not too long, else the shortest free one, else the one that is in cylinders for
-            the least time. None without any move.
+            the least time, soon above all. None without any move.
         """
         config = self._config
         if config.constant_altitude:

@@ -342,9 +342,10 @@ def _meets(points: FloatArray, times: FloatArray, rows: FloatArray, scale: float
 
 
 def _first_turn(points: FloatArray, course: float) -> float:
+    if math.isnan(course):
+        return 0.0
     leg = points[1] - points[0]
-    turn = abs(wrap_angle(math.atan2(leg[1], leg[0]) - course))
-    return 0.0 if math.isnan(turn) else turn
+    return abs(float(wrap_angle(math.atan2(leg[1], leg[0]) - course)))
 
 
 def _rank(path: JudgedPath) -> tuple[float, bool, float]:

@@ -72,6 +72,8 @@ def markdown(cases: Mapping[str, Sequence[Row]], planned: Mapping[str, int], com
         "| --- | --- | --- | ---: | ---: | --- | ---: | ---: |",
         *(_numbers(case, rows) for case, rows in flown.items()),
         "",
+        "The first seed of each, from above (circles of 153 m at the closest points) and over time:",
+        "",
         "![The two scenarios, first seed](ground_radar.png)",
         "",
     ]

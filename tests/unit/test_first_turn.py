@@ -17,7 +17,8 @@ from wideberth.vehicles.point_mass import parameters
 def begun(points, course, radius):
     points = np.array(points, float)
     out, times = np.empty((len(points) + ftk.PLACES, 3)), np.empty(len(points) + ftk.PLACES)
-    n = ftk.flown_times(points, len(points), course, radius, 13.0, out, times)
+    n, length = ftk.flown_times(points, len(points), course, radius, 13.0, out, times)
+    assert length == pytest.approx(13.0 * times[n - 1])
     return out[:n], times[:n]
 
 

@@ -78,11 +78,20 @@ def leg_times(points: Floats, n: int, speed: float, times: Floats) -> float:
 
 
 @jit
-def flown_times(points: Floats, n: int, course: float, radius: float, speed: float, out: Floats, times: Floats) -> int:
-    """Write a path with its first turn into `out`, as `begin_turn`, and when it is where into `times`, s."""
+def flown_times(
+    points: Floats, n: int, course: float, radius: float, speed: float, out: Floats, times: Floats
+) -> tuple[int, float]:
+    """Write a path with its first turn into `out`, as `begin_turn`, and when it is where into `times`, s.
+
+    Returns
+    -------
+    n : int
+        How many places it has then.
+    length : float
+        m.
+    """
     m = begin_turn(points, n, course, radius, out)
-    leg_times(out, m, speed, times)
-    return m
+    return m, leg_times(out, m, speed, times)
 
 
 def warmup() -> None:

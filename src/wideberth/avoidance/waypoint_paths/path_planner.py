@@ -115,7 +115,7 @@ class PathPlanner:
         points = np.ascontiguousarray(points)
         lengths = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
         times = np.concatenate(([0.0], np.cumsum(lengths) / limits.speed))
-        flown, arrivals = self._flown(points, course, limits)
+        flown, arrivals, length = self._flown(points, course, limits)
         scale = 1.0 + self._config.trigger_margin
         entry, inside, entries = _meets(flown, arrivals, prediction.rows, scale)
         weight = inside
@@ -123,7 +123,7 @@ class PathPlanner:
             n = int(np.searchsorted(arrivals, self._config.decide_by_s)) + 1
             soon = _meets(flown[:n], arrivals[:n], prediction.rows, scale)[1]
             weight = soon + _LATE_SHARE * (inside - soon)
-        at_places, length = arrivals[len(flown) - len(points) :], float(arrivals[-1]) * limits.speed
+        at_places = arrivals[len(flown) - len(points) :]
         return JudgedPath(
             points,
             times,
@@ -138,12 +138,12 @@ class PathPlanner:
             complete,
         )
 
-    def _flown(self, points: FloatArray, course: float, limits: Limits) -> tuple[FloatArray, FloatArray]:
-        """Return a path with its first turn, and when it is where."""
+    def _flown(self, points: FloatArray, course: float, limits: Limits) -> tuple[FloatArray, FloatArray, float]:
+        """Return a path with its first turn, when it is where, and its length."""
         places = np.empty((len(points) + ftk.PLACES, 3))
         times = np.empty(len(places))
-        n = ftk.flown_times(points, len(points), course, limits.radius, limits.speed, places, times)
-        return places[:n], times[:n]
+        n, length = ftk.flown_times(points, len(points), course, limits.radius, limits.speed, places, times)
+        return places[:n], times[:n], length
 
     def plan(
         self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction,
@@ -311,7 +311,7 @@ class PathPlanner:
         # However far it turns back: the turn is judged as it is flown.
         if not self._allowed(path.points, path.times, course, limits, SHARP_FIRST):
             return None
-        whole, times = self._flown(np.vstack([path.points, rest]), course, limits)
+        whole, times, _ = self._flown(np.vstack([path.points, rest]), course, limits)
         return path if _meets(whole, times, prediction.rows, 1.0 + self._config.plan_margin)[1] == 0.0 else None
 
     def _completed(

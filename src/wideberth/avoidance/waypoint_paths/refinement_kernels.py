@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.keep_out.kernels import N_VOLUME, path_enters
-from wideberth.avoidance.waypoint_paths.first_turn_kernels import PLACES, begin_turn, leg_times
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import PLACES, flown_times, leg_times
 from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, path_inside
 from wideberth.avoidance.waypoint_paths.limits_kernels import path_flaws
 
@@ -40,15 +40,6 @@ def faults(
     flaws = path_flaws(points, times, n, course, limits[TURN_RADIUS], limits[CLIMB_MAX], limits[SINK_MAX])
     entered = volumes.shape[0] > 0 and path_enters(points, n, volumes, vertices) >= 0
     return flaws | (CLOSED if entered else 0)
-
-
-@jit_uncounted
-def begun_length(
-    points: Floats, n: int, course: float, limits: Floats, flown: Floats, times: Floats
-) -> tuple[int, float]:
-    """Write a path with its first turn, and its times; return how many places it has, and its length, m."""
-    m = begin_turn(points, n, course, limits[TURN_RADIUS], flown)
-    return m, leg_times(flown, m, limits[SPEED], times)
 
 
 @jit_uncounted
@@ -95,6 +86,7 @@ def refine(
     trial: Floats,
     flown: Floats,
     times: Floats,
+    arrivals: Floats,
     entries: Floats,
 ) -> tuple[int, int]:
     """Make a path shorter, and free if it is not, in place.
@@ -115,8 +107,10 @@ def refine(
     volumes, vertices : ndarray
         Keep-out volumes.
     limits : ndarray, shape (N_REFINEMENT,)
-    trial, flown, times, entries : ndarray, shape (>= n, 3), (>= n + PLACES, 3), (>= n + PLACES,), (>= count,)
-        Overwritten.
+    trial, times : ndarray, shape (>= n, 3), (>= n,)
+    flown, arrivals : ndarray, shape (>= n + PLACES, 3), (>= n + PLACES,)
+    entries : ndarray, shape (>= count,)
+        All overwritten.
 
     Returns
     -------
@@ -125,12 +119,13 @@ def refine(
     looks : int
         At an intruder from a leg.
     """
-    leg_times(points, n, limits[SPEED], times)
+    speed, radius = limits[SPEED], limits[TURN_RADIUS]
+    leg_times(points, n, speed, times)
     wrong = faults(points, times, n, course, volumes, vertices, limits)
     # The first turn counts as it is flown: else a sharp one would be a free way to lose time.
-    places, length = begun_length(points, n, course, limits, flown, times)
+    places, length = flown_times(points, n, course, radius, speed, flown, arrivals)
     longest = _LONGER * length
-    inside = path_inside(flown, times, places, intruders, count, 1.0, entries)[1]
+    inside = path_inside(flown, arrivals, places, intruders, count, 1.0, entries)[1]
     looks = (places - 1) * max(count, 1)
     directions = LEVEL_DIRECTIONS + (2 if limits[VERTICAL] > 0.0 else 0)
     step = limits[STEP]
@@ -145,15 +140,14 @@ def refine(
         else:
             m = n
             move_place(points, n, k, direction, step, limits, trial)
-        _, new_length = begun_length(trial, m, course, limits, flown, times)
+        places, new_length = flown_times(trial, m, course, radius, speed, flown, arrivals)
         better, new_wrong = False, ~wrong
         # Who is free already gains by a shorter way alone.
         if new_length < (longest if inside > 0.0 else length - least):
-            leg_times(trial, m, limits[SPEED], times)
+            leg_times(trial, m, speed, times)
             new_wrong = faults(trial, times, m, course, volumes, vertices, limits)
         if new_wrong & ~wrong == 0:
-            places, _ = begun_length(trial, m, course, limits, flown, times)
-            new_inside = path_inside(flown, times, places, intruders, count, 1.0, entries)[1]
+            new_inside = path_inside(flown, arrivals, places, intruders, count, 1.0, entries)[1]
             looks += (places - 1) * max(count, 1)
             better = new_inside < inside - _SECONDS or (new_inside <= inside and new_length < length - least)
         if better:
@@ -184,5 +178,6 @@ def warmup() -> None:
     """Compile what Python calls of this module."""
     refine(
         np.zeros((3, 3)), 3, 0.0, np.ones((1, N_INTRUDER)), 1, np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
-        np.ones(N_REFINEMENT), np.zeros((3, 3)), np.zeros((3 + PLACES, 3)), np.zeros(3 + PLACES), np.zeros(1),
+        np.ones(N_REFINEMENT), np.zeros((3, 3)), np.zeros((3 + PLACES, 3)), np.zeros(3), np.zeros(3 + PLACES),
+        np.zeros(1),
     )  # fmt: skip

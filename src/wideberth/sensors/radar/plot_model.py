@@ -334,7 +334,8 @@ class PlotModel:
         ordered = np.sort(distance)
         if len(leader) < 2 or (ordered[1:] - ordered[:-1]).min() >= apart:
             return echoes, snr
-        cosines = places[:, 1:] / distance[:, None]
+        towards = places / distance[:, None]
+        cosines = towards[:, 1:]
         widths = self._resolution[1] * blur * self._beamwidths
         rest = np.argsort(-snr)
         groups = []
@@ -346,7 +347,6 @@ class PlotModel:
             groups.append(self._blended(rest[near], cosines, rates))
             rest = rest[~near]
         weights = [snr[g] / snr[g].sum() for g in groups]
-        towards = places / distance[:, None]
         place = np.array([w @ towards[g] for g, w in zip(groups, weights, strict=True)])
         # The mean of two directions is shorter than they are; ranges are measured.
         far = np.array([w @ distance[g] for g, w in zip(groups, weights, strict=True)])

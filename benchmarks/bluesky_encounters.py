@@ -12,7 +12,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -92,12 +92,12 @@ def fly_apart(encounters: Sequence[Encounter], ways: Sequence[Way]) -> list[Flow
     return [Flown(*numbers) for numbers in json.loads(done.stdout)]
 
 
-def start(folder: str) -> Any:
-    """Start BlueSky's world without network and display, and return its package."""
+def start(folder: str, settings: Mapping[str, object]) -> Any:
+    """Start BlueSky's world with its settings, without network and display, and return its package."""
     import bluesky
 
     default = Path(bluesky.__file__).with_name("resources") / "default.cfg"
-    lines = [default.read_text(), *(f"{name} = {value!r}" for name, value in SETTINGS.items())]
+    lines = [default.read_text(), *(f"{name} = {value!r}" for name, value in settings.items())]
     Path(folder, "settings.cfg").write_text("\n".join(lines) + "\n")
 
     bluesky.init(mode="sim", detached=True, workdir=folder)
@@ -175,7 +175,7 @@ def main() -> None:
     task = json.load(sys.stdin)
     encounters = [Encounter(*numbers) for numbers in task["encounters"]]
     with contextlib.redirect_stdout(sys.stderr), tempfile.TemporaryDirectory() as folder:
-        bluesky = start(folder)
+        bluesky = start(folder, SETTINGS)
         flown = [fly(bluesky, encounters, Way(*way)) for way in task["ways"]]
     print(json.dumps(flown))
 

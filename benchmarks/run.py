@@ -18,6 +18,7 @@ from benchmarks import (
     detection_range,
     encounters,
     frames,
+    missions,
     pairs,
     radar_samples,
     radar_trackers,
@@ -57,6 +58,12 @@ AIMS = (
     Aim("encounters", "ratio_to_bluesky_50_ms", 1000.0, at_least=True),
     Aim("encounters", "ratio_to_bluesky_1_s_to_180_s", 150.0, at_least=True),
     Aim("encounters", "ratio_to_bluesky_50_ms_to_180_s", 1000.0, at_least=True),
+    Aim("missions", "gbr_1_times_real_time", 100.0, at_least=True),
+    Aim("missions", "gbr_2_times_real_time", 100.0, at_least=True),
+    Aim("missions", "gbr_1_cycle_ms_mean", 2.0, at_least=False),
+    Aim("missions", "gbr_2_cycle_ms_mean", 2.0, at_least=False),
+    Aim("missions", "gbr_1_cycle_ms_worst", 15.0, at_least=False),
+    Aim("missions", "gbr_2_cycle_ms_worst", 15.0, at_least=False),
 )
 
 
@@ -89,6 +96,7 @@ def jobs() -> dict[str, Callable[[], Numbers]]:
         "radar samples": radar_samples.measure,
         "detection range": detection_range.measure,
         "encounters": encounters.measure,
+        "missions": missions.measure,
     }
     for aircraft in steps.AIRCRAFT:
         made[f"step with {aircraft} aircraft"] = lambda n=aircraft: steps.measure(n)  # type: ignore[misc]

@@ -27,7 +27,7 @@ from wideberth.units import FOOT, KNOT
 from wideberth.vehicles.config import PointMassConfig
 from wideberth.vehicles.point_mass import PointMass
 
-ENCOUNTERS = 1000 if os.environ.get("WIDEBERTH_FULL_COUNTS") else 250
+ENCOUNTERS = 1000 if os.environ.get("WIDEBERTH_FULL_COUNTS") else 190
 DURATION = 150  # s
 SPEED = 80 * KNOT
 ALTITUDE = 900.0
@@ -117,7 +117,7 @@ def test_maneuvers_do_not_flip():
 
     Measured over 1,000 (`make experiments`): 6 with one reversal each (all of two intruders, five where the second is
     first heard a second or two after the maneuver against the first began), 95 % Wilson interval 0.3 % to 1.3 %; none
-    collided (upper bound 0.38 %), and the least of max(d_h / 500 ft, |d_v| / 100 ft) was 4.98. The first 250 decide
+    collided (upper bound 0.38 %), and the least of max(d_h / 500 ft, |d_v| / 100 ft) was 4.98. The first 190 decide
     that fewer than 3 in 100 reverse, at 95 %. The seeds are fixed: the bounds are on these encounters.
     """
     reversed_, collided = [], []

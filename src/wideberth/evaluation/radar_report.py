@@ -14,7 +14,7 @@ from wideberth import __version__
 from wideberth.evaluation import radar_figures as figures
 from wideberth.evaluation.radar_run import RadarRun
 from wideberth.evaluation.radar_setup import RadarSetup
-from wideberth.evaluation.report_shell import notes_footer, number, section, shell, table, write_files
+from wideberth.evaluation.report_shell import make_folder, notes_footer, number, section, shell, table, write_files
 from wideberth.evaluation.report_style import png, svg
 from wideberth.sensors.radar.processing.averaging import correlation_matrices
 from wideberth.sensors.radar.processing.frame import Processed
@@ -155,6 +155,7 @@ def write_radar_report(
     InputError
         If the folder cannot be written.
     """
+    make_folder(out)
     drawn = draw(setup, recording, watched)
     files: dict[str, str | bytes] = {}
     left_out = [[escape(cause), f"{count:,}"] for cause, count in run.left_out()]

@@ -83,6 +83,20 @@ def shell(title: str, subtitle: str, state: str, headline: str, sentence: str, b
 """
 
 
+def make_folder(out: Path) -> None:
+    """Make a report's folder where it does not exist: before what takes long is drawn for it.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot write the report into {out}: {error.strerror or error}") from error
+
+
 def write_files(out: Path, files: Mapping[str, str | bytes]) -> None:
     """Write a report's files into a folder, which is made where it does not exist.
 
@@ -97,8 +111,8 @@ def write_files(out: Path, files: Mapping[str, str | bytes]) -> None:
     InputError
         If the folder cannot be written.
     """
+    make_folder(out)
     try:
-        out.mkdir(parents=True, exist_ok=True)
         for name, content in files.items():
             (out / name).write_bytes(content.encode() if isinstance(content, str) else content)
     except OSError as error:

@@ -16,7 +16,7 @@ from wideberth.analysis.sensor_sizing import available_range, fastest_closing
 from wideberth.analysis.sizing_answer import SizingAnswer
 from wideberth.analysis.sizing_config import AdsbSizingConfig, SensorConfig
 from wideberth.argument_checks import FloatArray
-from wideberth.evaluation.report_shell import notes_footer, section, shell, write_files
+from wideberth.evaluation.report_shell import make_folder, notes_footer, section, shell, write_files
 from wideberth.evaluation.report_style import png, svg
 from wideberth.evaluation.sizing_figures import protection_figure, snr_figure, speed_figure
 from wideberth.evaluation.sizing_ground_figure import ground_figure, required_figure
@@ -58,6 +58,7 @@ def write_sizing_report(out: Path, sizing: Sizing, summary: Mapping[str, Any]) -
     InputError
         If the folder cannot be written.
     """
+    make_folder(out)
     figures = _figures(sizing)
     text = _page(sizing, {name: svg(figure, title) for name, (figure, title) in figures.items()})
     pictures = {f"{name}.png": png(figure) for name, (figure, _) in figures.items()}

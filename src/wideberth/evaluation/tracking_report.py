@@ -11,7 +11,7 @@ from wideberth import __version__
 from wideberth.evaluation import tracking_figures as figures
 from wideberth.evaluation import tracking_score_figures as scores
 from wideberth.evaluation.plot_run import SeedRun
-from wideberth.evaluation.report_shell import notes_footer, number, section, shell, write_files
+from wideberth.evaluation.report_shell import make_folder, notes_footer, number, section, shell, write_files
 from wideberth.evaluation.report_style import png, svg
 from wideberth.evaluation.tracking_table import MetricRow, metric_rows
 from wideberth.sensors.radar.plot_file import PlotFile
@@ -56,6 +56,7 @@ def write_tracking_report(out: Path, file: PlotFile, runs: Sequence[SeedRun], su
     InputError
         If the folder cannot be written.
     """
+    make_folder(out)
     pictures = _pictures(file, runs)
     drawn = {f"{name}.png": png(figure) for name, (_, _, figure) in pictures.items()}
     write_files(out, {**drawn, "report.html": _page(file, runs, summary, pictures)})

@@ -123,6 +123,29 @@ def seconds_inside_exact(a: FloatArray, velocity: FloatArray, t: float, duration
     return inside
 
 
+def seconds_inside_turning(
+    a: FloatArray, b: FloatArray, t: float, duration: float, row: FloatArray, step: float
+) -> float:
+    """The same for one that flies chords of its turn, of equal times up to `step`; all of them are looked at."""
+    n = math.ceil(duration / step)
+    velocity, step = (b - a) / duration, duration / n
+    places = [place_at_once(row, t + k * step) for k in range(n + 1)]
+    total = 0.0
+    for k, (first, last) in enumerate(itertools.pairwise(places)):
+        chord = np.concatenate([first, (last - first) / step, row[6:8]])
+        total += seconds_inside_exact(a + k * step * velocity, velocity, 0.0, step, chord)
+    return total
+
+
+def place_at_once(row: FloatArray, t: float) -> FloatArray:
+    """The turn as of a complex number."""
+    turning = min(t, row[9])
+    velocity = complex(row[3], row[4])
+    turned = velocity * complex(math.cos(row[8] * turning), math.sin(row[8] * turning))
+    moved = (turned - velocity) / complex(0.0, row[8]) + turned * (t - turning)
+    return np.array([row[0] + moved.real, row[1] + moved.imag, row[2] + row[5] * t])
+
+
 def cheapest_path(grid: dict[str, float], cost: dict[str, float], heading: int, rows: FloatArray) -> float:
     """Dijkstra's algorithm over the same moves, with exact arrival times, and no estimate of the rest."""
 

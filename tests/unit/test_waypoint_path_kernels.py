@@ -174,7 +174,7 @@ def test_turning_and_straight_predictions_equal_their_twin(seed):
         step = 1e-4
         ahead, behind = np.array(ik.place_at(turning, t + step)), np.array(ik.place_at(turning, t - step))
         if abs(t - 8.0) > step and t > 0.0:
-            np.testing.assert_allclose((ahead - behind) / (2 * step), ik.velocity_at(turning, t), atol=1e-5)
+            np.testing.assert_allclose((ahead - behind) / (2 * step), ik.state_at(turning, t)[3:], atol=1e-5)
 
 
 @settings(max_examples=25)
@@ -194,6 +194,20 @@ def test_time_in_a_cylinder_equals_its_twin(seed):
     assert total == pytest.approx(inside)
     assert entry == entries[0]
     assert entry == (pytest.approx(2.0 + first) if inside > 0.0 else math.inf)
+
+
+@settings(max_examples=300)
+@given(seeds)
+def test_of_a_turning_intruder_no_stay_is_missed(seed):
+    rng = np.random.default_rng(seed)
+    a, b = rng.uniform(-300, 300, 3) * [1, 1, 0.1], rng.uniform(-300, 300, 3) * [1, 1, 0.1]
+    t, duration = rng.uniform(0.0, 10.0), rng.uniform(0.1, 40.0)
+    turn = rng.uniform(0.02, 0.6) * rng.choice([-1.0, 1.0]), rng.uniform(0.0, 12.0)
+    one = row(rng.uniform(-300, 300, 3) * [1, 1, 0.1], rng.uniform(-20, 20, 3) * [1, 1, 0.05], 100.0, 30.0, *turn)
+    entry, inside = ik.inside_piece(a, b, t, duration, one, 1.0)
+    twin = naive.seconds_inside_turning(a, b, t, duration, one, ik.TURN_STEP)
+    assert inside == pytest.approx(twin, abs=1e-6)
+    assert (entry < math.inf) == (inside > 0.0)
 
 
 CHAIN = {

@@ -18,11 +18,13 @@ from wideberth.avoidance.waypoint_paths.intruder_kernels import (
     HALF_HEIGHT,
     N_INTRUDER,
     RADIUS,
+    TURN_STEP,
     V_EAST,
     V_NORTH,
     inside_piece,
     place_at,
-    velocity_at,
+    state_at,
+    stay_hull,
 )
 from wideberth.conflict.kernels import horizontal_cpa
 
@@ -41,6 +43,7 @@ N_COST = 10
 
 SAMPLES = 8  # places on an edge at which the distance to intruders is taken
 MOVES = 5  # left, straight, right, up, down
+EDGE = 6  # looks at an intruder that an edge costs besides those
 
 # Columns of a node.
 CELL_I, CELL_J, CELL_LEVEL, HEADING, PARENT = 0, 1, 2, 3, 4
@@ -155,6 +158,9 @@ def threat_cost(a: Floats, b: Floats, t: float, duration: float, row: Floats, co
     place outside it.
     """
     reach = cost[VARRHO] * row[RADIUS]
+    un, ue, ud = (b[0] - a[0]) / duration, (b[1] - a[1]) / duration, (b[2] - a[2]) / duration
+    if math.isnan(stay_hull(a, un, ue, ud, t, duration, TURN_STEP, row, reach, row[HALF_HEIGHT])[0]):
+        return 0.0
     nearest = math.inf
     for k in range(1, SAMPLES + 1):
         s = k / SAMPLES
@@ -182,8 +188,7 @@ def passing_cost(a: Floats, b: Floats, t: float, duration: float, row: Floats, c
     """
     if cost[K_CPA] == 0.0 and cost[K_V] == 0.0:
         return 0.0
-    pn, pe, pd = place_at(row, t + duration)
-    vn, ve, vd = velocity_at(row, t + duration)
+    pn, pe, pd, vn, ve, vd = state_at(row, t + duration)
     un, ue, ud = (b[0] - a[0]) / duration, (b[1] - a[1]) / duration, (b[2] - a[2]) / duration
     t_cpa, d_cpa = horizontal_cpa(pn - b[0], pe - b[1], vn - un, ve - ue)
     if t_cpa <= 0.0 or abs(pd - b[2] + (vd - ud) * t_cpa) > cost[DELTA_2] * row[HALF_HEIGHT]:
@@ -252,7 +257,9 @@ def search(
     status = BEST_SO_FAR
     # A climb's cost is K_ALT along the axis, and grows with its length on a diagonal.
     climb_unit = cost[K_ALT] / math.hypot(cell, level_size)
-    while size > 0 and expanded < expansions_max and distances < distances_max and used + MOVES <= cells.shape[0]:
+    # No node is expanded without enough left for the looks of all its moves.
+    last_distances = distances_max - MOVES * (count * (SAMPLES + 1) + EDGE)
+    while size > 0 and expanded < expansions_max and distances <= last_distances and used + MOVES <= cells.shape[0]:
         node = heap_pop(heap, size, values)
         size -= 1
         i, j, level, head = cells[node, CELL_I], cells[node, CELL_J], cells[node, CELL_LEVEL], cells[node, HEADING]
@@ -312,7 +319,7 @@ def search(
             added += cost[K_N] * math.hypot(float(nj), float(nl)) + (cost[K_LEFT] if turn < 0 else 0.0)
             for k in range(n_near):
                 added += threat_cost(a, b, t, duration, intruders[memory.near[k]], cost)
-            distances += n_near * SAMPLES + count
+            distances += n_near * SAMPLES + count + EDGE
             for m in range(count):
                 added += passing_cost(a, b, t, duration, intruders[m], cost)
             key = state_key(ni, nj, nl, new_head, int(arrival / grid[TIME_BIN]), width, aside, levels, bins, grid)

@@ -62,8 +62,8 @@ class Chain:
         p[ck.SPEED], p[ck.REST_LENGTH] = limits.speed, config.forces.rest_length_m or cell
         slope = math.atan(min(limits.climb_max, limits.sink_max) / limits.speed)
         p[ck.GAMMA_MAX] = min(math.radians(config.forces.gamma_max_deg), slope)
-        # Each step looks at every intruder three times from every mass.
-        each = 3 * n * max(1, len(intruders))
+        # Each step looks at every intruder three times from every mass; what else it does there is as much again.
+        each = 3 * n * (len(intruders) + 1)
         p[ck.STEPS_MAX] = min(config.forces.steps_max, distances_max // each)
         settled, times = points.copy(), np.zeros(n)
         steps = ck.relax(

@@ -8,11 +8,12 @@ from numpy.typing import NDArray
 from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.keep_out.kernels import N_VOLUME, volumes_entered
 from wideberth.avoidance.waypoint_paths.intruder_kernels import (
+    DOWN,
     HALF_HEIGHT,
     N_INTRUDER,
     RADIUS,
-    place_at,
-    velocity_at,
+    V_DOWN,
+    state_at,
 )
 from wideberth.vehicles.kernels import wrap_angle
 
@@ -55,12 +56,14 @@ def threat_force(
     row : ndarray, shape (N_INTRUDER,)
     chain : ndarray, shape (N_CHAIN,)
     """
-    xn, xe, xd = place_at(row, t)
-    dn, de, dd = pn - xn, pe - xe, pd - xd
-    distance, height = math.hypot(dn, de), abs(dd)
     reach, reach_v = chain[DELTA_1] * row[RADIUS], chain[DELTA_2] * row[HALF_HEIGHT]
-    if distance >= reach or height >= reach_v:
+    if abs(pd - (row[DOWN] + row[V_DOWN] * t)) >= reach_v:
         return 0.0, 0.0, 0.0
+    xn, xe, xd, vn, ve, vd = state_at(row, t)
+    dn, de, dd = pn - xn, pe - xe, pd - xd
+    if dn * dn + de * de >= reach * reach:
+        return 0.0, 0.0, 0.0
+    distance, height = math.hypot(dn, de), abs(dd)
     taper_h, taper_v = taper(distance, row[RADIUS], reach), taper(height, row[HALF_HEIGHT], reach_v)
     away_n, away_e = (dn / distance, de / distance) if distance > 1e-6 else (right_n, right_e)
     level = repulsion(distance, row[RADIUS], reach, chain[K_SH], chain[F_MAX]) * taper_v
@@ -69,7 +72,6 @@ def threat_force(
         # At the same height: up.
         sign = 1.0 if dd > 0.0 else -1.0
         vertical = sign * repulsion(height, row[HALF_HEIGHT], reach_v, chain[K_SV], chain[F_MAX]) * taper_h
-    vn, ve, vd = velocity_at(row, t)
     behind = -chain[K_B] / max(math.sqrt(dn * dn + de * de + dd * dd), 1.0) * taper_h * taper_v
     if chain[K_SV] == 0.0:
         vd = 0.0
@@ -151,11 +153,12 @@ def chain_forces(
         for c in range(3):
             force[i, c] += chain[KAPPA] * (0.5 * (points[i - 1, c] + points[i + 1, c]) - points[i, c])
         fn = fe = fd = 0.0
+        right_n, right_e = -math.sin(after), math.cos(after)
         for m in range(count):
             for k in range(-1, 2):
                 n_, e_, d_ = threat_force(
                     points[i, 0], points[i, 1], points[i, 2], times[i] + k * mean_time,
-                    -math.sin(after), math.cos(after), intruders[m], chain,
+                    right_n, right_e, intruders[m], chain,
                 )  # fmt: skip
                 fn, fe, fd = fn + n_, fe + e_, fd + d_
         total = math.sqrt(fn * fn + fe * fe + fd * fd)

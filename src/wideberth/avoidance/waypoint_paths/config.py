@@ -179,11 +179,11 @@ class AStarConfig(PartConfig):
     time_bin : float
         Width of a bin of arrival times, in times of a level step.
     expansions_max, distances_max : int
-        Budget of the searches of one decision: nodes, and looks at intruders; then the best path so far is taken.
-    chain_distances_max : int
-        The same for the chains, which then stop where they are.
-    refinement_looks_max : int
-        The same for the refinement of paths: looks of a leg at an intruder.
+        Nodes of the searches for one goal, and looks at intruders of one search; then the best path so far is taken.
+    work_max : int
+        Most work of one decision: its searches, chains, refinements and judgements together, in looks at an intruder
+        from a place, some 20 ns each. They take shares of what is left (`work`, `path_planner`), and stop where they
+        are.
     length_ratio_max : float
         A path longer than so many times the direct way is searched again with a tenth of k_r, then with none, and the
         first that is free and shorter is taken. During a maneuver a longer one is replaced by a much shorter one.
@@ -248,8 +248,7 @@ class AStarConfig(PartConfig):
     expansions_max: int = Field(1000, ge=10, le=100_000)
     distances_max: int = Field(150_000, ge=1000, le=100_000_000)
     length_ratio_max: float = Field(1.25, ge=1)
-    chain_distances_max: int = Field(100_000, ge=1000, le=100_000_000)
-    refinement_looks_max: int = Field(16_000, ge=100, le=100_000_000)
+    work_max: int = Field(450_000, ge=50_000, le=1_000_000_000)
     intruders_max: int = Field(32, ge=1, le=1000)
     constant_altitude: bool
     turn_hypothesis: bool = True

@@ -12,15 +12,20 @@ from wideberth.avoidance.waypoint_paths.astar import FoundPath, GridSearch, Limi
 from wideberth.avoidance.waypoint_paths.chain import Chain
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
 from wideberth.avoidance.waypoint_paths.intruder_kernels import path_inside
+from wideberth.avoidance.waypoint_paths.judge_kernels import judge_path
 from wideberth.avoidance.waypoint_paths.limits_kernels import SHARP_FIRST, path_flaws
 from wideberth.avoidance.waypoint_paths.prediction import Prediction
 from wideberth.avoidance.waypoint_paths.refinement import Refinement
+from wideberth.avoidance.waypoint_paths.work import LOOK, Work, judgement
 from wideberth.types import FloatArray
-from wideberth.vehicles.kernels import wrap_angle
 
-_CHAIN_SHARE, _REFINEMENT_SHARE = 2, 4  # of their budgets, what is left, each time
+# Of the work that is left, each time: the escapes, for which it is kept, of all; a search, the chain over its path and
+# a refinement of that of one try; the chain over the path that is flown and a refinement of that, again of all.
+_ESCAPE_SHARE = 1 / 6
+_SEARCH_SHARE, _CHAIN_SHARE, _REFINEMENT_SHARE = 1 / 2, 1 / 3, 2 / 5
+_FOLLOWING_CHAIN_SHARE, _FOLLOWING_REFINEMENT_SHARE = 1 / 8, 1 / 16
 _SHORT = 1.05  # times the direct way: no climb can be much shorter
-_CHEAP_SHARE = 3  # of what is left of the budget: searches with cheap climbs look at many levels
+_CHEAP_SHARE = 3  # so much less for them: searches with cheap climbs look at many levels
 _CHEAP = 0.1  # of what a climb costs more than the way: next to a long detour it is worth it
 # One search after the other: factors on k_r, on the cells' size, on the spreads of the predictions, and on the cost of
 # climbs.
@@ -30,7 +35,8 @@ _TRIES = (
 )  # fmt: skip
 
 _ESCAPE_S = 10.0  # that an escape goes on for
-_ESCAPE_TURNS = np.radians(np.arange(-150.0, 151.0, 30.0)).tolist()
+# The small ones first: with little work left those are tried.
+_ESCAPE_TURNS = np.radians([0, -30, 30, -60, 60, -90, 90, -120, 120, -150, 150]).tolist()
 _TURN_METRES = 20.0  # of way that a radian of turn is worth
 _LATE_SHARE = 0.2  # of a second in a cylinder later than `decide_by_s`
 
@@ -113,30 +119,14 @@ class PathPlanner:
     ) -> JudgedPath:
         """Return a path of waypoints (n, 3), begun with a course (rad, NaN where any will do), with what it meets."""
         points = np.ascontiguousarray(points)
-        lengths = np.sqrt(np.square(np.diff(points, axis=0)).sum(axis=1))
-        times = np.concatenate(([0.0], np.cumsum(lengths) / limits.speed))
-        flown, arrivals, length = self._flown(points, course, limits)
         scale = 1.0 + self._config.trigger_margin
-        entry, inside, entries = _meets(flown, arrivals, prediction.rows, scale)
-        weight = inside
-        if inside > 0.0:
-            n = int(np.searchsorted(arrivals, self._config.decide_by_s)) + 1
-            soon = _meets(flown[:n], arrivals[:n], prediction.rows, scale)[1]
-            weight = soon + _LATE_SHARE * (inside - soon)
-        at_places = arrivals[len(flown) - len(points) :]
-        return JudgedPath(
-            points,
-            times,
-            at_places,
-            length,
-            _first_turn(points, course),
-            cell,
-            inside,
-            weight,
-            entry,
-            entries,
-            complete,
+        length, turn, entry, inside, soon, times, arrivals, entries = judge_path(
+            points, course, limits.radius, limits.speed, prediction.rows, scale, self._config.decide_by_s
         )
+        weight = soon + _LATE_SHARE * (inside - soon)
+        return JudgedPath(
+            points, times, arrivals, length, turn, cell, inside, weight, entry, entries, complete
+        )  # fmt: skip
 
     def _flown(self, points: FloatArray, course: float, limits: Limits) -> tuple[FloatArray, FloatArray, float]:
         """Return a path with its first turn, when it is where, and its length."""
@@ -147,7 +137,7 @@ class PathPlanner:
 
     def plan(
         self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction,
-        share: float = 1.0,
+        work: Work | None = None,
     ) -> JudgedPath | None:  # fmt: skip
         """Search a path to the goal.
 
@@ -159,8 +149,8 @@ class PathPlanner:
             Of the ownship, rad; NaN where it hardly moves.
         limits : Limits
         prediction : Prediction
-        share : float
-            Of the budget.
+        work : Work, optional
+            The decision's; by default as much as a decision may do.
 
         Returns
         -------
@@ -169,60 +159,63 @@ class PathPlanner:
             the least time, soon above all. None without any move.
         """
         config = self._config
+        work = Work(config.work_max) if work is None else work
         if config.constant_altitude:
             goal = np.array([goal[0], goal[1], start[2]])
-        expansions, distances, chain_distances = (
-            int(share * most) for most in (config.expansions_max, config.distances_max, config.chain_distances_max)
-        )
-        looks = int(share * config.refinement_looks_max)
+        last_resort = work.split(_ESCAPE_SHARE)
+        expansions = config.expansions_max
         wanted = config.length_ratio_max * math.dist(start, goal)
         best: JudgedPath | None = None
         short = _SHORT * math.dist(start, goal)
-        for berth, cell_share, spread, climb in _TRIES:
+        for i, (berth, cell_share, spread, climb) in enumerate(_TRIES):
             cheap = climb < 1.0
             if cheap and (config.constant_altitude or (best is not None and best.free and best.length <= short)):
                 continue
             intruders = prediction.widened(config.plan_margin, spread)
-            part = _CHEAP_SHARE if cheap else 1
+            part = work.split(2.0 / (len(_TRIES) - i + 1))
             found = self._search.find(
                 start, course, goal, limits, intruders, berth=berth, cell_share=cell_share, climb=climb,
-                expansions_max=expansions // part, distances_max=distances // part,
+                expansions_max=expansions // (_CHEAP_SHARE if cheap else 1),
+                distances_max=min(config.distances_max, part.part(_SEARCH_SHARE)),
             )  # fmt: skip
             if found is None:
+                work.join(part)
                 break
-            expansions, distances = expansions - found.expansions, distances - found.distances
-            tries = [best] if best else []
+            expansions -= found.expansions
+            part.take(found.distances)
             if found.complete or not cheap:  # a climb that is not finished ends high above the goal
-                path = self._completed(found, course, goal, limits, prediction)
-                new = [path]
-                if self._chain is not None and len(path.points) > 2:
-                    points, times, taken = self._chain.settle(
-                        path.points, course, found.cell, limits, intruders, chain_distances // _CHAIN_SHARE
-                    )
-                    chain_distances -= taken
-                    if self._allowed(points, times, course, limits):
-                        new.append(self.judge(points, course, limits, prediction, found.cell, path.complete))
-                for one in tuple(new):
-                    refined, taken = self._refined(
-                        one, course, limits, intruders, prediction, looks // _REFINEMENT_SHARE
-                    )
-                    looks -= taken
-                    new.append(refined)
-                tries += new
-            best = min(tries, key=_rank)
+                new = self._made_of(found, course, goal, limits, intruders, prediction, part)
+                best = min([best, *new] if best else new, key=_rank, default=None)
+            work.join(part)
             # What is no climb is compared with one first.
             enough = wanted if cheap or config.constant_altitude else short
-            if (best.free and best.length <= enough) or expansions <= 0 or distances <= 0:
+            if (best and best.free and best.length <= enough) or expansions <= 0:
                 break
+        work.join(last_resort)
         if best is None or not best.free:
-            # With looks of their own: they are the last resort.
-            own_looks = int(share * config.refinement_looks_max) // _REFINEMENT_SHARE
-            tries = self._escapes(start, course, goal, limits, prediction, own_looks)
+            tries = self._escapes(start, course, goal, limits, prediction, work)
             best = min([*tries, best] if best else tries, key=_rank, default=None)
         return best
 
+    def _made_of(
+        self, found: FoundPath, course: float, goal: FloatArray, limits: Limits, intruders: FloatArray,
+        prediction: Prediction, work: Work,
+    ) -> list[JudgedPath]:  # fmt: skip
+        """Return what was found, what the chain makes of it, and both refined, as far as there is work for it."""
+        points, complete = self._completed(found, goal)
+        path = self._judged(points, course, limits, prediction, found.cell, complete, work)
+        if path is None:
+            return []
+        paths = [path]
+        if self._chain is not None and len(path.points) > 2:
+            settled = self._settled(path, course, limits, intruders, prediction, _CHAIN_SHARE, work)
+            if settled and self._allowed(settled.points, settled.times, course, limits):
+                paths.append(settled)
+        share = _REFINEMENT_SHARE
+        return [*paths, *(self._refined(one, course, limits, intruders, prediction, share, work) for one in paths)]
+
     def _escapes(
-        self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction, looks: int
+        self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction, work: Work
     ) -> list[JudgedPath]:
         """Return the best of some turns with a climb or descent at the limits, and it refined: the last resort.
 
@@ -233,37 +226,68 @@ class PathPlanner:
         reach = _ESCAPE_S * limits.speed
         lowest, highest = max(-config.altitude_min_m, start[2]), min(-config.altitude_max_m, start[2])
         rates = (0.0,) if config.constant_altitude else (0.0, -limits.climb_max, limits.sink_max)
-        best: JudgedPath | None = None
+        judged: list[JudgedPath] = []
         for turn, rate in itertools.product(_ESCAPE_TURNS, rates):
             away = base + turn
             down = min(max(start[2] + _ESCAPE_S * rate, highest), lowest)
             place = (start[0] + reach * math.cos(away), start[1] + reach * math.sin(away), down)
             points = np.array([start, place, goal])
             if path_enters(points, 3, self._keep_outs.volumes, self._keep_outs.vertices) < 0:
-                path = self.judge(points, course, limits, prediction, reach)
-                best = path if best is None else min(path, best, key=_rank)
-        if best is None:
+                path = self._judged(points, course, limits, prediction, reach, True, work)
+                if path is None:
+                    break
+                judged.append(path)
+        if not judged:
             return []
+        best = min(judged, key=_rank)
         intruders = prediction.widened(config.plan_margin, 0.0)
-        return [best, self._refined(best, course, limits, intruders, prediction, looks)[0]]
+        return [best, self._refined(best, course, limits, intruders, prediction, _REFINEMENT_SHARE, work)]
+
+    def _judged(
+        self, points: FloatArray, course: float, limits: Limits, prediction: Prediction, cell: float, complete: bool,
+        work: Work,
+    ) -> JudgedPath | None:  # fmt: skip
+        """Return a path judged, if there is work left for it."""
+        needed = judgement(len(points), len(prediction.rows))
+        if work.left < needed:
+            return None
+        work.take(needed)
+        return self.judge(points, course, limits, prediction, cell, complete)
+
+    def _settled(
+        self, path: JudgedPath, course: float, limits: Limits, intruders: FloatArray, prediction: Prediction,
+        share: float, work: Work,
+    ) -> JudgedPath | None:  # fmt: skip
+        """Return what the chain makes of a path with a share of the work, if there is enough of it."""
+        assert self._chain is not None
+        most = work.part(share, kept=judgement(len(path.points), len(prediction.rows)))
+        points, _, taken = self._chain.settle(path.points, course, path.cell, limits, intruders, most)
+        work.take(taken)
+        return self._judged(points, course, limits, prediction, path.cell, path.complete, work) if taken else None
 
     def _refined(
-        self, path: JudgedPath, course: float, limits: Limits, intruders: FloatArray, prediction: Prediction, looks: int
-    ) -> tuple[JudgedPath, int]:
-        """Return a path refined, and the looks that it took."""
-        points, taken = self._refinement.refined(path.points, course, path.cell, limits, intruders, looks)
-        judged = self.judge(points, course, limits, prediction, path.cell, path.complete)
+        self, path: JudgedPath, course: float, limits: Limits, intruders: FloatArray, prediction: Prediction,
+        share: float, work: Work,
+    ) -> JudgedPath:  # fmt: skip
+        """Return a path refined with a share of the work, or as it is where that is not enough."""
+        most = work.part(share, kept=judgement(len(path.points), len(prediction.rows)))
+        points, taken = self._refinement.refined(path.points, course, path.cell, limits, intruders, most // LOOK)
+        work.take(LOOK * taken)
+        judged = self._judged(points, course, limits, prediction, path.cell, path.complete, work) if taken else None
         # Where the last leg of an unfinished search cannot be flown, the refinement must not make others like it.
-        if self._flyable_but_for_end(path, course, limits) and not self._flyable_but_for_end(judged, course, limits):
-            return path, taken
-        return judged, taken
+        if judged is None or (
+            self._flyable_but_for_end(path, course, limits) and not self._flyable_but_for_end(judged, course, limits)
+        ):
+            return path
+        return judged
 
     def _flyable_but_for_end(self, path: JudgedPath, course: float, limits: Limits) -> bool:
         return self._allowed(path.points[:-1], path.times[:-1], course, limits)
 
     def follow(
-        self, points: FloatArray, course: float, cell: float, limits: Limits, prediction: Prediction
-    ) -> JudgedPath | None:
+        self, points: FloatArray, course: float, cell: float, limits: Limits, prediction: Prediction,
+        work: Work | None = None,
+    ) -> JudgedPath | None:  # fmt: skip
         """Change a path that is being flown as little as need be: refine it, and let the chain go on from it.
 
         Parameters are those of `plan`; `points` (n, 3) begin with the ownship and end with the goal.
@@ -273,16 +297,18 @@ class PathPlanner:
         JudgedPath or None
             The shortest that is free; else what the chain makes of it. None where that cannot be flown.
         """
+        work = Work(self._config.work_max) if work is None else work
         intruders = prediction.widened(self._config.plan_margin)
-        looks = self._config.refinement_looks_max // _REFINEMENT_SHARE
-        kept = self.judge(points, course, limits, prediction, cell)
-        tries = [self._refined(kept, course, limits, intruders, prediction, looks)[0]]
+        kept = self._judged(points, course, limits, prediction, cell, True, work)
+        if kept is None:
+            return None
+        share = _FOLLOWING_REFINEMENT_SHARE
+        tries = [self._refined(kept, course, limits, intruders, prediction, share, work)]
         settled: JudgedPath | None = None
         if self._chain is not None and len(points) > 2:
-            budget = self._config.chain_distances_max
-            points, _, _ = self._chain.settle(points, course, cell, limits, intruders, budget)
-            settled = self.judge(points, course, limits, prediction, cell)
-            tries.append(self._refined(settled, course, limits, intruders, prediction, looks)[0])
+            settled = self._settled(kept, course, limits, intruders, prediction, _FOLLOWING_CHAIN_SHARE, work)
+        if settled:
+            tries.append(self._refined(settled, course, limits, intruders, prediction, share, work))
         free = [path for path in tries if path.free and self._allowed(path.points, path.times, course, limits)]
         if free:
             return min(free, key=_rank)
@@ -314,18 +340,12 @@ class PathPlanner:
         whole, times, _ = self._flown(np.vstack([path.points, rest]), course, limits)
         return path if _meets(whole, times, prediction.rows, 1.0 + self._config.plan_margin)[1] == 0.0 else None
 
-    def _completed(
-        self, found: FoundPath, course: float, goal: FloatArray, limits: Limits, prediction: Prediction
-    ) -> JudgedPath:
-        """Return the path with its end at the goal, or as it is where the way there is closed."""
-        path = self.judge(found.points, course, limits, prediction, found.cell, found.complete)
-        end = found.points[-1]
-        if found.complete:
-            return path
-        leg = np.array([end, goal])
-        if path_enters(leg, 2, self._keep_outs.volumes, self._keep_outs.vertices) >= 0:
-            return path
-        return self.judge(np.vstack([found.points, goal]), course, limits, prediction, found.cell)
+    def _completed(self, found: FoundPath, goal: FloatArray) -> tuple[FloatArray, bool]:
+        """Return the path with its end at the goal, or as it is where the way there is closed, and whether it has."""
+        leg = np.array([found.points[-1], goal])
+        if found.complete or path_enters(leg, 2, self._keep_outs.volumes, self._keep_outs.vertices) >= 0:
+            return found.points, found.complete
+        return np.vstack([found.points, goal]), True
 
     def _allowed(self, points: FloatArray, times: FloatArray, course: float, limits: Limits, taken: int = 0) -> bool:
         """Return whether a path enters no keep-out, and has no flaws of `path_flaws` but those taken as they are."""
@@ -339,13 +359,6 @@ def _meets(points: FloatArray, times: FloatArray, rows: FloatArray, scale: float
     entries = np.full(len(rows), math.inf)
     entry, inside = path_inside(points, times, len(points), rows, len(rows), scale, entries)
     return entry, inside, entries
-
-
-def _first_turn(points: FloatArray, course: float) -> float:
-    if math.isnan(course):
-        return 0.0
-    leg = points[1] - points[0]
-    return abs(float(wrap_angle(math.atan2(leg[1], leg[0]) - course)))
 
 
 def _rank(path: JudgedPath) -> tuple[float, bool, float]:

@@ -58,6 +58,6 @@ class Refinement:
         places = np.array(points, float)
         left, looks = rk.refine(
             places, n, course, intruders, m, self._keep_outs.volumes, self._keep_outs.vertices, p,
-            np.empty((n, 3)), np.empty((n + PLACES, 3)), np.empty(n), np.empty(n + PLACES), np.empty(m),
+            np.empty((n, 3)), np.empty((n + PLACES, 3)), np.empty(n), np.empty(n + PLACES),
         )  # fmt: skip
         return places[:left].copy(), int(looks)

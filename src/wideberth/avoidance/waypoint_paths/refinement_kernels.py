@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.keep_out.kernels import N_VOLUME, path_enters
 from wideberth.avoidance.waypoint_paths.first_turn_kernels import PLACES, flown_times, leg_times
-from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, path_inside
+from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, inside_piece
 from wideberth.avoidance.waypoint_paths.limits_kernels import path_flaws
 
 Floats = NDArray[np.float64]
@@ -73,6 +73,45 @@ def move_place(points: Floats, n: int, k: int, direction: int, step: float, limi
         out[k, 2] = max(highest, min(lowest, points[k, 2] - way * limits[VERTICAL]))
 
 
+@jit_uncounted
+def time_inside(
+    points: Floats, times: Floats, first: int, n: int, intruders: Floats, count: int, most: float, culprit: int
+) -> tuple[float, int, int]:
+    """Return the time in cylinders from a leg on; it is enough to know that it is more than `most`.
+
+    Parameters
+    ----------
+    points, times : ndarray, shape (>= n, 3), (>= n,)
+        The path: local NED, and seconds from now.
+    first, n : int
+        The leg, and the places of the path.
+    intruders : ndarray, shape (>= count, N_INTRUDER)
+    count : int
+    most : float
+        s.
+    culprit : int
+        Who is looked at first.
+
+    Returns
+    -------
+    inside : float
+        s.
+    culprit : int
+        With whom it became more than `most`; else as it was.
+    looks : int
+        At an intruder from a leg.
+    """
+    total, looks = 0.0, 0
+    for j in range(count):
+        m = culprit if j == 0 else (j - 1 if j <= culprit else j)
+        for i in range(first, n - 1):
+            total += inside_piece(points[i], points[i + 1], times[i], times[i + 1] - times[i], intruders[m], 1.0)[1]
+            looks += 1
+            if total > most:
+                return total, m, looks
+    return total, culprit, looks
+
+
 @jit
 def refine(
     points: Floats,
@@ -87,7 +126,6 @@ def refine(
     flown: Floats,
     times: Floats,
     arrivals: Floats,
-    entries: Floats,
 ) -> tuple[int, int]:
     """Make a path shorter, and free if it is not, in place.
 
@@ -109,7 +147,6 @@ def refine(
     limits : ndarray, shape (N_REFINEMENT,)
     trial, times : ndarray, shape (>= n, 3), (>= n,)
     flown, arrivals : ndarray, shape (>= n + PLACES, 3), (>= n + PLACES,)
-    entries : ndarray, shape (>= count,)
         All overwritten.
 
     Returns
@@ -117,7 +154,7 @@ def refine(
     n : int
         Places of the path that is left.
     looks : int
-        At an intruder from a leg.
+        At an intruder from a leg; a trial is one more.
     """
     speed, radius = limits[SPEED], limits[TURN_RADIUS]
     leg_times(points, n, speed, times)
@@ -125,15 +162,19 @@ def refine(
     # The first turn counts as it is flown: else a sharp one would be a free way to lose time.
     places, length = flown_times(points, n, course, radius, speed, flown, arrivals)
     longest = _LONGER * length
-    inside = path_inside(flown, arrivals, places, intruders, count, 1.0, entries)[1]
-    looks = (places - 1) * max(count, 1)
+    # No trial is begun without enough left for the looks of its whole path.
+    looks_max = limits[LOOKS_MAX] - 1 - (n - 1 + PLACES) * count
+    if looks_max < 0:
+        return n, 0
+    inside, culprit, looks = time_inside(flown, arrivals, 0, places, intruders, count, math.inf, 0)
     directions = LEVEL_DIRECTIONS + (2 if limits[VERTICAL] > 0.0 else 0)
     step = limits[STEP]
     block = max(1, (n - 2) // 2)
     direction = -1  # leave out; then move
     k, gained = 1, False
-    while step >= limits[STEP_LEAST] and n > 2 and looks < limits[LOOKS_MAX]:
+    while step >= limits[STEP_LEAST] and n > 2 and looks <= looks_max:
         least = _METRES
+        looks += 1
         if direction < 0:
             # One place less to look at is worth it by itself: a place on a straight way is left out, too.
             m, least = leave_out(points, n, k, min(block, n - 1 - k), trial), -_SAME_LENGTH
@@ -147,9 +188,15 @@ def refine(
             leg_times(trial, m, speed, times)
             new_wrong = faults(trial, times, m, course, volumes, vertices, limits)
         if new_wrong & ~wrong == 0:
-            new_inside = path_inside(flown, arrivals, places, intruders, count, 1.0, entries)[1]
-            looks += (places - 1) * max(count, 1)
-            better = new_inside < inside - _SECONDS or (new_inside <= inside and new_length < length - least)
+            shorter = new_length < length - least
+            # A path that is free stays so before the first leg that changes. With the second place the turn changes.
+            first = places - m + k - 1 if inside == 0.0 and k > 1 else 0
+            new_inside, culprit, taken = time_inside(
+                flown, arrivals, first, places, intruders, count, inside if shorter else inside - _SECONDS,
+                culprit if inside == 0.0 else 0,
+            )  # fmt: skip
+            looks += taken
+            better = new_inside < inside - _SECONDS or (new_inside <= inside and shorter)
         if better:
             leave_out(trial, m, m, 0, points)
             n, length, inside, wrong, gained = m, new_length, new_inside, new_wrong, True
@@ -179,5 +226,4 @@ def warmup() -> None:
     refine(
         np.zeros((3, 3)), 3, 0.0, np.ones((1, N_INTRUDER)), 1, np.zeros((0, N_VOLUME)), np.zeros((0, 2)),
         np.ones(N_REFINEMENT), np.zeros((3, 3)), np.zeros((3 + PLACES, 3)), np.zeros(3), np.zeros(3 + PLACES),
-        np.zeros(1),
     )  # fmt: skip

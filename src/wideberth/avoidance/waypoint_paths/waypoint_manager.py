@@ -13,6 +13,7 @@ from wideberth.avoidance.waypoint_paths.astar import Limits, cell_size
 from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
 from wideberth.avoidance.waypoint_paths.path_planner import JudgedPath, PathPlanner, path_length
 from wideberth.avoidance.waypoint_paths.prediction import Prediction, Predictor
+from wideberth.avoidance.waypoint_paths.work import Work
 from wideberth.avoidance.wording import describe_maneuver
 from wideberth.conflict.cylinder_kernels import near_now
 from wideberth.types import FloatArray, Maneuver, Mission, Ownship, Threat, Track
@@ -247,12 +248,12 @@ class AStarPlanner:
         kept: JudgedPath,
         events: tuple[str, ...],
     ) -> tuple[Maneuver | None, tuple[str, ...]]:
-        course = self._course(x, limits)
+        course, work = self._course(x, limits), Work(self._config.work_max)
         followed = None
         if self._maneuver is not None:
             points = _distinct(x[:3], self._path[self._index :])
-            followed = self._planner.follow(points, course, self._cell, limits, prediction)
-        new, goal, rejoin = self._new_path(x, course, limits, prediction, mission, followed)
+            followed = self._planner.follow(points, course, self._cell, limits, prediction, work)
+        new, goal, rejoin = self._new_path(x, course, limits, prediction, mission, followed, work)
         ahead = self._planner.judge(_up_to(kept, goal), course, limits, prediction, kept.cell)
         if self._maneuver is not None and self._maneuver.least_bad and not (new is not None and new.free):
             # Between paths that are not free the one begun is worth more: changing the sense takes time.
@@ -275,6 +276,7 @@ class AStarPlanner:
         prediction: Prediction,
         mission: Mission,
         followed: JudgedPath | None,
+        work: Work,
     ) -> tuple[JudgedPath | None, FloatArray, int]:
         """Return the path to fly, its goal, and the mission's waypoint after it.
 
@@ -285,15 +287,16 @@ class AStarPlanner:
         direct = math.dist(x[:3], goal)
         if followed is not None and follows and followed.length <= self._config.length_ratio_max * direct:
             return followed, goal, self._rejoin
-        share = 0.5 if others and not follows else 1.0
-        new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction, share)
+        part = work.split(0.5 if others and not follows else 1.0)
+        new = self._planner.plan(x[:3].copy(), course, goal, limits, prediction, part)
         free = new is not None and new.free
         if followed is not None and follows:
             shorter = new is not None and free and new.length < _MUCH_SHORTER * followed.length
             return (new, goal, rejoin) if shorter else (followed, goal, self._rejoin)
         if others and not free:
             # Somebody may cover the next waypoint: then it is given up for the one after it.
-            farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction, share)
+            work.join(part)
+            farther = self._planner.plan(x[:3].copy(), course, others[0][0], limits, prediction, work)
             if farther is not None and (new is None or farther.weight < new.weight):
                 return farther, *others[0]
         return new, goal, rejoin

@@ -77,7 +77,7 @@ class Watcher:
         self.truths: list[FloatArray] = []
         self.tracked: list[set[int]] = []
         self.cycles: list[float] = []
-        self.in_reach: dict[int, float] = {}
+        self.waited: dict[int, float] = {}  # time in the radar's reach until a good track, s
         self.good: dict[int, float] = {}
         self.alerted: dict[int, float] = {}
         self.own_alerts = 0
@@ -94,6 +94,7 @@ class Watcher:
         t = snapshot.t
         truth = self._traffic.truth(t).positions
         own = np.array(snapshot.ownship.position)
+        since = elapsed - self.times[-1] if self.times else 0.0
         self.times.append(elapsed)
         self.own.append(own)
         self.own_velocity.append(np.array(snapshot.ownship.velocity))
@@ -104,8 +105,9 @@ class Watcher:
         places = {track.id: track for track in snapshot.tracks if track.status is TrackStatus.CONFIRMED}
         tracked = set()
         for i, place in enumerate(truth):
-            if np.linalg.norm(place - self._radar) <= self._reach:
-                self.in_reach.setdefault(i, elapsed)
+            if i not in self.good and np.linalg.norm(place - self._radar) <= self._reach:
+                # Only within reach: some leave it again before they are tracked.
+                self.waited[i] = self.waited[i] + since if i in self.waited else 0.0
             near = [
                 one for one in places.values() if not one.is_ownship and np.linalg.norm(one.position - place) <= NEAR
             ]
@@ -160,8 +162,8 @@ def _flight(job: Job) -> dict[str, Any]:
         "intruders": len(watcher.truths[0]),
         "completed": summary["mission_completed"],
         "path_ratio": summary["path_length_m"] / summary["mission_path_length_m"],
-        "good_track_s": [watcher.good[i] - watcher.in_reach[i] for i in sorted(watcher.good) if i in watcher.in_reach],
-        "never_tracked": sum(i not in watcher.good for i in watcher.in_reach),
+        "good_track_s": [watcher.waited[i] for i in sorted(watcher.good) if i in watcher.waited],
+        "never_tracked": sum(i not in watcher.good for i in watcher.waited),
         "own_alerts": watcher.own_alerts,
         "least_bad": summary["least_bad_maneuvers"],
         "reversals": summary["reversals"],

@@ -304,10 +304,19 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
     return np.array(path)
 
 
-def begun_path(points: FloatArray, course: float, radius: float, least: float, most: float, piece: float) -> FloatArray:
+def begun_path(
+    points: FloatArray,
+    course: float,
+    radius: float,
+    least: float,
+    most: float,
+    piece: float,
+    roll: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> FloatArray:
     """A path with its first turn as chords of an arc, if that turns by more than `least` and less than `most`.
 
-    The turn ends where its tangent leads to the first waypoint: found by bisection, after a search in small steps.
+    The turn ends where its tangent leads to the first waypoint: found by bisection, after a search in small steps. With
+    `roll` (ahead, to the right, course there) it begins where the ownship has rolled out of a turn to the other side.
     """
     start, waypoint = points[0], points[1]
     if math.isnan(course):
@@ -315,10 +324,16 @@ def begun_path(points: FloatArray, course: float, radius: float, least: float, m
     ahead = np.array([math.cos(course), math.sin(course)])
     right = np.array([-ahead[1], ahead[0]])
     side = 1.0 if (waypoint[:2] - start[:2]) @ right >= 0.0 else -1.0
-    centre = start[:2] + side * radius * right
+    begin, before = start[:2], []
+    if roll[2] * side < 0.0:
+        begin = begin + roll[0] * ahead + roll[1] * right
+        before = [begin]
+        ahead = np.array([math.cos(course + roll[2]), math.sin(course + roll[2])])
+        right = np.array([-ahead[1], ahead[0]])
+    centre = begin + side * radius * right
 
     def on_arc(angle: float) -> FloatArray:
-        place: FloatArray = start[:2] + radius * (math.sin(angle) * ahead + side * (1.0 - math.cos(angle)) * right)
+        place: FloatArray = begin + radius * (math.sin(angle) * ahead + side * (1.0 - math.cos(angle)) * right)
         return place
 
     def still_to_turn(angle: float) -> float:
@@ -343,9 +358,11 @@ def begun_path(points: FloatArray, course: float, radius: float, least: float, m
     if not least < turn < most:
         return np.array(points)
     count = math.ceil(turn / piece)
-    length = radius * turn + float(np.linalg.norm(waypoint[:2] - on_arc(turn)))
-    arc = []
-    for k in range(1, count + 1):
-        angle = turn * k / count
-        arc.append([*on_arc(angle), start[2] + (waypoint[2] - start[2]) * radius * angle / length])
-    return np.vstack([start, arc, points[1:]])
+    arc = [on_arc(turn * k / count) for k in range(1, count + 1)]
+    leg = waypoint[:2] - start[:2]
+    done = [min(max(float((place - start[:2]) @ leg / (leg @ leg)), 0.0), 1.0) for place in [*before, *arc]]
+    begun = [
+        [*place, start[2] + share * (waypoint[2] - start[2])]
+        for place, share in zip([*before, *arc], done, strict=True)
+    ]
+    return np.vstack([start, begun, points[1:]])

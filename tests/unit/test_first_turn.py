@@ -14,10 +14,10 @@ from wideberth.vehicles.config import PointMassConfig
 from wideberth.vehicles.point_mass import parameters
 
 
-def begun(points, course, radius):
+def begun(points, course, radius, roll=(0.0, 0.0, 0.0)):
     points = np.array(points, float)
     out, times = np.empty((len(points) + ftk.PLACES, 3)), np.empty(len(points) + ftk.PLACES)
-    n, length = ftk.flown_times(points, len(points), course, radius, 13.0, out, times)
+    n, length = ftk.flown_times(points, len(points), course, radius, np.array(roll), 13.0, out, times)
     assert length == pytest.approx(13.0 * times[n - 1])
     return out[:n], times[:n]
 
@@ -28,8 +28,9 @@ def test_it_does_what_its_twin_does(seed):
     rng = np.random.default_rng(seed)
     points = rng.uniform(-200.0, 200.0, (int(rng.integers(2, 5)), 3))
     course, radius = float(rng.uniform(-math.pi, math.pi)), float(rng.uniform(10.0, 80.0))
-    found, times = begun(points, course, radius)
-    twin = naive.begun_path(points, course, radius, ftk.TURN_LEAST, ftk.TURN_MOST, ftk.PIECE)
+    roll = ftk.roll_out(float(rng.choice([0.0, rng.uniform(-0.6, 0.6)])), 0.5, 13.0)
+    found, times = begun(points, course, radius, roll)
+    twin = naive.begun_path(points, course, radius, ftk.TURN_LEAST, ftk.TURN_MOST, ftk.PIECE, tuple(roll))
     np.testing.assert_allclose(found, twin, atol=1e-6)
     np.testing.assert_allclose(times[1:], np.cumsum(np.linalg.norm(np.diff(twin, axis=0), axis=1)) / 13.0, atol=1e-6)
 
@@ -61,3 +62,49 @@ def test_it_is_near_what_a_point_mass_flies(turn):
     off = np.linalg.norm(flown[until, :2] - expected[until], axis=1)
     straight = np.linalg.norm(flown[until, :2] - 13.0 * t[until, None] * ahead[:2], axis=1)
     assert off.max() < 13.0 and off.max() < 0.8 * straight.max()
+
+
+def compared(turn, bank, height):
+    """Return how far at most a begun path is from what a point mass flies, and how much higher (m, negative)."""
+    p = parameters(
+        PointMassConfig(speed_min_mps=9.0, speed_max_mps=17.0, climb_rate_max_mps=4.0, sink_rate_max_mps=4.0)
+    )
+    p[vk.P_CAPTURE] = math.inf
+    away = math.radians(turn)
+    ahead = np.array([math.cos(away), math.sin(away), 0.0])
+    points = np.array([[0.0, 0.0, -200.0]]) + np.array([[0.0], [160.0], [480.0]]) * ahead
+    points[1:, 2] -= height
+    flown = np.empty((120, vk.N_STATES))
+    state = np.array([0.0, 0.0, -200.0, 13.0, 0.0, math.radians(bank), 0.0])
+    vk.fly_path(state, points, np.full(3, 13.0), 1, p, np.zeros(3), 0.1, len(flown), flown)
+    roll = ftk.roll_out(math.radians(bank), p[vk.P_BANK_RATE_MAX], 13.0)
+    path, times = begun(points[:2], 0.0, vk.turn_radius(13.0, 0.8 * p[vk.P_BANK_MAX]), roll)
+    t = 0.1 * np.arange(1, len(flown) + 1)
+    expected = np.column_stack([np.interp(t, times, path[:, k]) for k in range(3)])
+    higher = np.sign(height) * (expected[:, 2] - flown[:, 2])
+    return np.linalg.norm(flown[:, :2] - expected[:, :2], axis=1).max(), higher.min()
+
+
+@pytest.mark.parametrize("turn", [30.0, 60.0, 90.0, 120.0, -90.0])
+def test_a_turn_to_the_other_side_begins_once_the_ownship_has_rolled_out(turn):
+    """Begun at once it would be 15 to 40 m nearer to the leg."""
+    off, _ = compared(turn, -math.copysign(35.0, turn), 0.0)
+    assert off < 13.0
+    same, _ = compared(turn, math.copysign(35.0, turn), 0.0)
+    assert same < 20.0
+
+
+@pytest.mark.parametrize("bank", [-35.0, 0.0, 35.0])
+@pytest.mark.parametrize("height", [-45.0, 45.0])
+def test_a_turn_gains_only_as_much_height_as_it_leads_along_the_leg(bank, height):
+    """By the way flown the path would be 10 m higher than the ownship after a turn by 120 degrees."""
+    _, least = compared(120.0, bank, height)
+    assert least > -5.0
+
+
+def test_a_waypoint_right_above_is_climbed_to_from_where_the_ownship_has_rolled_out():
+    path, times = begun(
+        [[0.0, 0.0, -100.0], [0.0, 0.0, -150.0]], 0.0, 20.0, ftk.roll_out(math.radians(35.0), 0.5, 13.0)
+    )
+    assert np.isfinite(path).all() and np.isfinite(times).all()
+    np.testing.assert_allclose(path[-1], [0.0, 0.0, -150.0])

@@ -61,6 +61,23 @@ def test_one_plot_makes_no_intruder_of_a_track_that_flew_on_beside_ours():
     assert marks(own, old(19.8), at(19.9, 1.0, True, "8")) == [False, True]
 
 
+def test_one_plot_makes_no_intruder_of_a_track_while_all_of_ours_fly_on_without_news():
+    own = OwnTracks()
+    marks(own, at(5.0, 2.0, True))
+
+    def old(distance, updated):
+        return dataclasses.replace(at(17.0, distance), t_last_update=updated)
+
+    flies_on = dataclasses.replace(at(17.0, 9.0, False, "8"), t_last_update=15.0)
+    assert marks(own, old(40.0, 5.0), dataclasses.replace(flies_on, is_ownship=True)) == [True, True]
+    # The ownship's plots may be this one's now: it leads back to the ownship, or away as an intruder.
+    assert marks(own, old(40.0, 17.0), flies_on) == [True, True]
+    assert marks(own, old(5.0, 18.5), flies_on) == [True, True]
+    for i in range(NEWS - 1):
+        assert marks(own, old(40.0, 30.0 + 0.1 * i), flies_on) == [True, True]
+    assert marks(own, old(40.0, 30.2), flies_on) == [False, True]
+
+
 def test_a_number_that_is_gone_is_forgotten():
     own = OwnTracks()
     marks(own, at(0.0, 2.0, True))

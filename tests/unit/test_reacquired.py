@@ -81,3 +81,11 @@ def test_plans_keep_more_distance_the_less_is_known_of_where_an_intruder_passes(
     flat = config.model_copy(update={"constant_altitude": True})
     assert Predictor(flat).predict(0.0, own, [LOST])[0].spreads[0, 1] == 0.0
     assert Predictor(config).predict(0.0, own, [])[0].spreads.shape == (0, 2)
+
+
+def test_who_goes_away_is_met_later_by_a_path_that_turns_to_it():
+    own = Ownship(0.0, np.array([-400.0, 0.0, -200.0]), np.array([13.0, 0.0, 0.0]))
+    config = AStarConfig(climb_sigmas=0.0, plan_sigmas=2.0, plan_sigma_cap=0.5)
+    away = dataclasses.replace(LOST, velocity=np.array([15.0, 0.0, 0.0]))
+    sigma = np.hypot(3.0, 0.2 * config.decide_by_s)
+    np.testing.assert_allclose(Predictor(config).predict(0.0, own, [away])[0].spreads, [[2.0 * sigma, 2.0 * sigma]])

@@ -114,7 +114,8 @@ def test_visited_waypoints_stay_and_the_rest_is_planned_from_here():
 
 def test_the_last_resort_is_a_turn_and_a_climb_at_the_limit_at_once():
     """Well inside, the nearest bound is above; the grid turns or climbs, never both in one move."""
-    beside = [([-400.0, 60.0, -188.0], [SPEED, 0.0, 0.0])]
+    # Any nearer and either side is as good: flown, each climb with a turn by 30 degrees takes as long.
+    beside = [([-400.0, 80.0, -188.0], [SPEED, 0.0, 0.0])]
     maneuver = decisions(planner(), lambda k: tracks(0.1 * k, beside))[-1][0]
     assert maneuver is not None and maneuver.least_bad
     first = maneuver.waypoints[0] - own(t=maneuver.t).position

@@ -23,7 +23,7 @@ LEFT_BEHIND = 2.0
 """A radar is not on board if it has not moved since the ownship was so far away, m."""
 
 NEWS = 3
-"""So many updates make somebody else of a track that flew on without news, if another is found to be the ownship's."""
+"""So many updates make somebody else of a track that flew on without news, if another is the ownship's."""
 
 SILENT = 1.0
 """A track flew on without news when it had none for longer, s."""
@@ -36,7 +36,8 @@ class OwnTracks:
     longer; once the radar loses it, it flies straight on. Taken as an intruder, either would be fled from, in ever
     harder turns. So a track that was the ownship's stays so while it has not been updated since, and while it is within
     `HOLD_RADIUS`, where an intruder would long have been avoided under a track of its own. A single plot of the ownship
-    may go to the one that flies on: where another track is the ownship's by now, it takes `NEWS` to be an intruder.
+    may go to the one that flies on: where another track is the ownship's by now, with news or without, it takes `NEWS`
+    to be an intruder.
 
     A radar that stands elsewhere sees the ownship and begins a track of it, whose first states may be too poor for
     telemetry to explain them. So one that begins within `HOLD_RADIUS` is taken as the ownship's for `NEWBORN` seconds,
@@ -85,6 +86,7 @@ class OwnTracks:
         # Only an echo can be: what is only heard has told who it is.
         newborn -= {track.id for track in tracks if track.sources and set(track.sources) <= set(receivers)}
         before, self._updated = self._updated, {}
+        ours = {track.id for track in tracks if track.is_ownship or track.id in before}
         marked = []
         for track, distance in zip(tracks, distances, strict=True):
             was = track.id in before
@@ -94,12 +96,12 @@ class OwnTracks:
             if track.t_last_update != updated:
                 flew_on = news > 0 or track.t_last_update - updated > SILENT
                 updated, news = track.t_last_update, news + 1 if flew_on else NEWS
-            seen = news >= (NEWS if found else 1)
+            seen = news >= (NEWS if ours - {track.id} else 1)
             near = was and not found and distance <= HOLD_RADIUS
             own = track.is_ownship or (was and (near or not seen or not sure))
             if own:
-                ours = track.is_ownship or near or not sure
-                self._updated[track.id] = (track.t_last_update, 0) if ours else (updated, news)
+                again = track.is_ownship or near or not sure
+                self._updated[track.id] = (track.t_last_update, 0) if again else (updated, news)
             if track.id in newborn:
                 own, self._newborn_updated[track.id] = True, track.t_last_update
                 if own_news is not None and track.t_last_update - own_news > SILENT:

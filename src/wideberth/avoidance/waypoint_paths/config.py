@@ -149,9 +149,9 @@ class AStarConfig(PartConfig):
     plan_margin, trigger_margin : float
         The cylinder is so much larger for the search, and for what counts as a conflict.
     plan_sigmas, plan_sigma_cap, plan_height_sigma_cap : float
-        Paths also keep clear by so many standard deviations of where the intruder will be as it passes, at most by so
-        much of the cylinder's radius and half-height: what is learned on the way then seldom closes the path. The
-        second of four searches keeps half of it, the last two none.
+        Paths also keep clear by so many standard deviations of where the intruder will be as it passes (in
+        `decide_by_s` seconds if it goes away now), at most by so much of the cylinder's radius and half-height: what is
+        learned on the way then seldom closes the path. The second of four searches keeps half of it, the last two none.
     sigmas, sigma_cap : float
         Standard deviations of a track's position that widen the cylinder, and at most so much of it.
     detection_distance_m, detection_height_m, detection_time_s : float

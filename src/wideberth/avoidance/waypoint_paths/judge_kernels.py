@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit
-from wideberth.avoidance.waypoint_paths.first_turn_kernels import PLACES, flown_times, leg_times
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_ROLL, PLACES, flown_times, leg_times
 from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, path_inside
 from wideberth.vehicles.kernels import wrap_angle
 
@@ -15,7 +15,14 @@ Floats = NDArray[np.float64]
 
 @jit
 def judge_path(
-    points: Floats, course: float, radius: float, speed: float, intruders: Floats, scale: float, decide_by: float
+    points: Floats,
+    course: float,
+    radius: float,
+    roll: Floats,
+    speed: float,
+    intruders: Floats,
+    scale: float,
+    decide_by: float,
 ) -> tuple[float, float, float, float, float, Floats, Floats, Floats]:
     """Return what a path meets.
 
@@ -25,8 +32,12 @@ def judge_path(
         Local NED, m; the first is the ownship.
     course : float
         Of the ownship, rad; NaN where any will do.
-    radius, speed : float
-        m; m/s.
+    radius : float
+        Of a turn, m.
+    roll : ndarray, shape (N_ROLL,)
+        Where the ownship has rolled out of its turn.
+    speed : float
+        m/s.
     intruders : ndarray, shape (m, N_INTRUDER)
     scale : float
         Factor on the cylinders.
@@ -49,7 +60,7 @@ def judge_path(
     times, entries = np.empty(n), np.empty(count)
     flown, arrivals = np.empty((n + PLACES, 3)), np.empty(n + PLACES)
     leg_times(points, n, speed, times)
-    places, length = flown_times(points, n, course, radius, speed, flown, arrivals)
+    places, length = flown_times(points, n, course, radius, roll, speed, flown, arrivals)
     entry, inside = path_inside(flown, arrivals, places, intruders, count, scale, entries)
     soon = inside
     if inside > 0.0:
@@ -64,4 +75,4 @@ def judge_path(
 
 def warmup() -> None:
     """Compile what Python calls of this module."""
-    judge_path(np.zeros((2, 3)), 0.0, 1.0, 1.0, np.ones((1, N_INTRUDER)), 1.0, 1.0)
+    judge_path(np.zeros((2, 3)), 0.0, 1.0, np.zeros(N_ROLL), 1.0, np.ones((1, N_INTRUDER)), 1.0, 1.0)

@@ -121,8 +121,9 @@ class PathPlanner:
         points = np.ascontiguousarray(points)
         scale = 1.0 + self._config.trigger_margin
         length, turn, entry, inside, soon, times, arrivals, entries = judge_path(
-            points, course, limits.radius, limits.speed, prediction.rows, scale, self._config.decide_by_s
-        )
+            points, course, limits.radius, limits.roll_out, limits.speed, prediction.rows, scale,
+            self._config.decide_by_s,
+        )  # fmt: skip
         weight = soon + _LATE_SHARE * (inside - soon)
         return JudgedPath(
             points, times, arrivals, length, turn, cell, inside, weight, entry, entries, complete
@@ -132,7 +133,9 @@ class PathPlanner:
         """Return a path with its first turn, when it is where, and its length."""
         places = np.empty((len(points) + ftk.PLACES, 3))
         times = np.empty(len(places))
-        n, length = ftk.flown_times(points, len(points), course, limits.radius, limits.speed, places, times)
+        n, length = ftk.flown_times(
+            points, len(points), course, limits.radius, limits.roll_out, limits.speed, places, times
+        )
         return places[:n], times[:n], length
 
     def plan(

@@ -165,7 +165,9 @@ class Predictor:
         north, east, _, v_north, v_east = row[:5].tolist()
         (own_north, own_east, _), (own_v_north, own_v_east, _) = ownship.position, ownship.velocity
         t, _ = horizontal_cpa(north - own_north, east - own_east, v_north - own_v_north, v_east - own_v_east)
-        north, east, down = position_variances(track, min(max(t, 0.0), config.detection_time_s))
+        # Who does not come nearer now is met later, by a path that turns to it.
+        t = min(t, config.detection_time_s) if t > 0.0 else config.decide_by_s
+        north, east, down = position_variances(track, t)
         level, vertical = math.sqrt(max(0.5 * (north + east), 0.0)), math.sqrt(max(down, 0.0))
         if config.constant_altitude:
             vertical = 0.0

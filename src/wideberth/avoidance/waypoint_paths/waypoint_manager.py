@@ -11,6 +11,7 @@ from wideberth.avoidance.keep_out.volumes import keep_out_arrays
 from wideberth.avoidance.local_level import ground_state
 from wideberth.avoidance.waypoint_paths.astar import Limits, cell_size
 from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import roll_out
 from wideberth.avoidance.waypoint_paths.path_planner import JudgedPath, PathPlanner, path_length
 from wideberth.avoidance.waypoint_paths.prediction import Prediction, Predictor
 from wideberth.avoidance.waypoint_paths.work import Work
@@ -102,7 +103,7 @@ class AStarPlanner:
             self._forget()
             return None, events
         x = ground_state(ownship)
-        limits = self._limits(mission)
+        limits = self._limits(x, mission)
         if self._maneuver is not None:
             self._index = int(dk.advance_index(x, self._path, self._index, self._free))
             if self._index >= len(self._path) or t >= self._maneuver.valid_until:
@@ -120,7 +121,7 @@ class AStarPlanner:
         self._detections = 0
         return self._plan(t, x, limits, prediction, threats, mission, kept, events)
 
-    def _limits(self, mission: Mission) -> Limits:
+    def _limits(self, x: FloatArray, mission: Mission) -> Limits:
         p, config = self._vehicle, self._config
         wanted = float(mission.speeds[min(mission.index, len(mission.speeds) - 1)])
         speed = min(max(wanted, p[vk.P_SPEED_MIN], 0.1), p[vk.P_SPEED_MAX])
@@ -129,6 +130,7 @@ class AStarPlanner:
             radius=vk.turn_radius(speed, config.bank_share * p[vk.P_BANK_MAX]),
             climb_max=config.climb_share * p[vk.P_CLIMB_MAX],
             sink_max=config.climb_share * p[vk.P_SINK_MAX],
+            roll_out=roll_out(vk.clip(x[5], -p[vk.P_BANK_MAX], p[vk.P_BANK_MAX]), p[vk.P_BANK_RATE_MAX], speed),
         )
 
     def _remaining(self, x: FloatArray, mission: Mission) -> FloatArray:

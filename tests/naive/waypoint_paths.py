@@ -304,7 +304,7 @@ def refined_path(points: FloatArray, step: float, least: float, vertical: float,
     return np.array(path)
 
 
-def begun_path(
+def begun_places(
     points: FloatArray,
     course: float,
     radius: float,
@@ -313,14 +313,16 @@ def begun_path(
     piece: float,
     roll: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> FloatArray:
-    """A path with its first turn as chords of an arc, if that turns by more than `least` and less than `most`.
+    """The places, (n, 2), at which a path begins if its first turn is by more than `least` and less than `most`.
 
-    The turn ends where its tangent leads to the first waypoint: found by bisection, after a search in small steps. With
-    `roll` (ahead, to the right, course there) it begins where the ownship has rolled out of a turn to the other side.
+    They are on its arc. The turn ends where its tangent leads to the first waypoint: found by bisection, after a search
+    in small steps. With `roll` (ahead, to the right, course there) it begins where the ownship has rolled out of a turn
+    to the other side, which then is the first.
     """
     start, waypoint = points[0], points[1]
+    none = np.zeros((0, 2))
     if math.isnan(course):
-        return np.array(points)
+        return none
     ahead = np.array([math.cos(course), math.sin(course)])
     right = np.array([-ahead[1], ahead[0]])
     side = 1.0 if (waypoint[:2] - start[:2]) @ right >= 0.0 else -1.0
@@ -343,26 +345,44 @@ def begun_path(
         return float((waypoint[:2] - on_arc(angle)) @ inwards) if (waypoint[:2] - on_arc(angle)) @ along > 0 else 1.0
 
     if np.linalg.norm(waypoint[:2] - centre) <= radius:
-        return np.array(points)
+        return none
     angles = np.linspace(0.0, 2.0 * math.pi, 2001)
     if still_to_turn(0.0) <= 1e-9:
-        return np.array(points)
+        return none
     last = next((k for k in range(1, len(angles)) if still_to_turn(angles[k]) <= 0.0), None)
     if last is None:
-        return np.array(points)
+        return none
     low, high = angles[last - 1], angles[last]
     for _ in range(60):
         middle = 0.5 * (low + high)
         low, high = (middle, high) if still_to_turn(middle) > 0.0 else (low, middle)
     turn = 0.5 * (low + high)
     if not least < turn < most:
-        return np.array(points)
+        return none
     count = math.ceil(turn / piece)
     arc = [on_arc(turn * k / count) for k in range(1, count + 1)]
-    leg = waypoint[:2] - start[:2]
-    done = [min(max(float((place - start[:2]) @ leg / (leg @ leg)), 0.0), 1.0) for place in [*before, *arc]]
-    begun = [
-        [*place, start[2] + share * (waypoint[2] - start[2])]
-        for place, share in zip([*before, *arc], done, strict=True)
-    ]
-    return np.vstack([start, begun, points[1:]])
+    return np.array([*before, *arc])
+
+
+def begun_path(points: FloatArray, course: float, radius: float, least: float, most: float, piece: float) -> FloatArray:
+    """A path with the places of its first turn, their heights by how much of the leg to the waypoint is behind."""
+    places = begun_places(points, course, radius, least, most, piece)
+    leg = points[1, :2] - points[0, :2]
+    done = np.clip((places - points[0, :2]) @ leg / (leg @ leg), 0.0, 1.0) if len(places) else np.zeros(0)
+    heights = points[0, 2] + done * (points[1, 2] - points[0, 2])
+    return np.vstack([points[:1], np.column_stack([places, heights]), points[1:]])
+
+
+def lagging_heights(ways: FloatArray, wanted: FloatArray, slope: float, lag: float) -> FloatArray:
+    """Heights that follow those wanted after some way, their slope by a first-order lag from `slope`: small steps."""
+    height, found = wanted[0], [wanted[0]]
+    for k in range(1, len(ways)):
+        way = ways[k] - ways[k - 1]
+        aim = (wanted[k] - wanted[k - 1]) / way
+        n = math.ceil(2000.0 * way / lag)
+        for _ in range(n):
+            middle = slope + 0.5 * (aim - slope) * way / n / lag
+            height += middle * way / n
+            slope += (aim - middle) * way / n / lag
+        found.append(height)
+    return np.array(found)

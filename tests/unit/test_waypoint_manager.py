@@ -89,7 +89,8 @@ def test_the_maneuver_in_words_and_times():
     assert "climb" in maneuver.reason
     assert set(maneuver.threat_ids) == {"i0", "i1"}
     lengths = np.linalg.norm(np.diff(np.vstack([own().position, maneuver.waypoints]), axis=0), axis=1)
-    np.testing.assert_allclose(maneuver.times - maneuver.t, np.cumsum(lengths) / SPEED, rtol=1e-9)
+    # As flown: the climb takes a moment to begin, which makes the way longer by centimetres.
+    np.testing.assert_allclose(maneuver.times - maneuver.t, np.cumsum(lengths) / SPEED, atol=0.01)
     np.testing.assert_allclose(maneuver.waypoints[-1], mission().waypoints[-1])
     assert maneuver.valid_until > maneuver.times[-1]
     assert not maneuver.least_bad
@@ -114,8 +115,7 @@ def test_visited_waypoints_stay_and_the_rest_is_planned_from_here():
 
 def test_the_last_resort_is_a_turn_and_a_climb_at_the_limit_at_once():
     """Well inside, the nearest bound is above; the grid turns or climbs, never both in one move."""
-    # Any nearer and either side is as good: flown, each climb with a turn by 30 degrees takes as long.
-    beside = [([-400.0, 80.0, -188.0], [SPEED, 0.0, 0.0])]
+    beside = [([-400.0, 60.0, -188.0], [SPEED, 0.0, 0.0])]
     maneuver = decisions(planner(), lambda k: tracks(0.1 * k, beside))[-1][0]
     assert maneuver is not None and maneuver.least_bad
     first = maneuver.waypoints[0] - own(t=maneuver.t).position

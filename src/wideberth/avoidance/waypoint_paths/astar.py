@@ -8,7 +8,7 @@ import numpy as np
 from wideberth.avoidance.keep_out.kernels import KeepOuts
 from wideberth.avoidance.waypoint_paths import astar_kernels as ak
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
-from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_ROLL
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_INERTIA
 from wideberth.types import FloatArray
 
 _BEHIND = 2  # cells of the grid behind the ownship, and beyond the goal
@@ -29,15 +29,15 @@ class Limits:
         Of a turn, m.
     climb_max, sink_max : float
         m/s.
-    roll_out : ndarray, shape (first_turn_kernels.N_ROLL,)
-        Where the ownship has rolled out of the turn it is in.
+    inertia : ndarray, shape (first_turn_kernels.N_INERTIA,)
+        What the ownship first goes on with.
     """
 
     speed: float
     radius: float
     climb_max: float
     sink_max: float
-    roll_out: FloatArray = field(default_factory=lambda: np.zeros(N_ROLL))
+    inertia: FloatArray = field(default_factory=lambda: np.zeros(N_INERTIA))
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wideberth._jit import jit
-from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_ROLL, PLACES, flown_times, leg_times
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_INERTIA, PLACES, flown_times, leg_times
 from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, path_inside
 from wideberth.vehicles.kernels import wrap_angle
 
@@ -18,7 +18,7 @@ def judge_path(
     points: Floats,
     course: float,
     radius: float,
-    roll: Floats,
+    inertia: Floats,
     speed: float,
     intruders: Floats,
     scale: float,
@@ -34,8 +34,8 @@ def judge_path(
         Of the ownship, rad; NaN where any will do.
     radius : float
         Of a turn, m.
-    roll : ndarray, shape (N_ROLL,)
-        Where the ownship has rolled out of its turn.
+    inertia : ndarray, shape (N_INERTIA,)
+        What the ownship first goes on with.
     speed : float
         m/s.
     intruders : ndarray, shape (m, N_INTRUDER)
@@ -60,7 +60,7 @@ def judge_path(
     times, entries = np.empty(n), np.empty(count)
     flown, arrivals = np.empty((n + PLACES, 3)), np.empty(n + PLACES)
     leg_times(points, n, speed, times)
-    places, length = flown_times(points, n, course, radius, roll, speed, flown, arrivals)
+    places, length = flown_times(points, n, course, radius, inertia, speed, flown, arrivals)
     entry, inside = path_inside(flown, arrivals, places, intruders, count, scale, entries)
     soon = inside
     if inside > 0.0:
@@ -75,4 +75,4 @@ def judge_path(
 
 def warmup() -> None:
     """Compile what Python calls of this module."""
-    judge_path(np.zeros((2, 3)), 0.0, 1.0, np.zeros(N_ROLL), 1.0, np.ones((1, N_INTRUDER)), 1.0, 1.0)
+    judge_path(np.zeros((2, 3)), 0.0, 1.0, np.zeros(N_INERTIA), 1.0, np.ones((1, N_INTRUDER)), 1.0, 1.0)

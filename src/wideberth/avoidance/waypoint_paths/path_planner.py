@@ -121,7 +121,7 @@ class PathPlanner:
         points = np.ascontiguousarray(points)
         scale = 1.0 + self._config.trigger_margin
         length, turn, entry, inside, soon, times, arrivals, entries = judge_path(
-            points, course, limits.radius, limits.roll_out, limits.speed, prediction.rows, scale,
+            points, course, limits.radius, limits.inertia, limits.speed, prediction.rows, scale,
             self._config.decide_by_s,
         )  # fmt: skip
         weight = soon + _LATE_SHARE * (inside - soon)
@@ -134,7 +134,7 @@ class PathPlanner:
         places = np.empty((len(points) + ftk.PLACES, 3))
         times = np.empty(len(places))
         n, length = ftk.flown_times(
-            points, len(points), course, limits.radius, limits.roll_out, limits.speed, places, times
+            points, len(points), course, limits.radius, limits.inertia, limits.speed, places, times
         )
         return places[:n], times[:n], length
 

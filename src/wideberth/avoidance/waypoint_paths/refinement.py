@@ -54,7 +54,7 @@ class Refinement:
         p[rk.CLIMB_MAX], p[rk.SINK_MAX] = limits.climb_max, limits.sink_max
         p[rk.FLOOR], p[rk.CEILING] = config.altitude_min_m, config.altitude_max_m
         p[rk.STEP], p[rk.STEP_LEAST], p[rk.LOOKS_MAX] = _FIRST * cell, _LEAST * cell, looks_max
-        p[rk.ROLL :] = limits.roll_out
+        p[rk.INERTIA :] = limits.inertia
         p[rk.VERTICAL] = 0.0 if config.constant_altitude else config.cell_height_m / config.cell_m
         places = np.array(points, float)
         left, looks = rk.refine(

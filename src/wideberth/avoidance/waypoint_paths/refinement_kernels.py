@@ -11,16 +11,16 @@ from numpy.typing import NDArray
 
 from wideberth._jit import jit, jit_uncounted
 from wideberth.avoidance.keep_out.kernels import N_VOLUME, path_enters
-from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_ROLL, PLACES, flown_times, leg_times
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import N_INERTIA, PLACES, flown_times, leg_times
 from wideberth.avoidance.waypoint_paths.intruder_kernels import N_INTRUDER, inside_piece
 from wideberth.avoidance.waypoint_paths.limits_kernels import path_flaws
 
 Floats = NDArray[np.float64]
 
 # What the ownship can fly (m/s, m), bounds of altitude (m), and the search: first and last step (m), the vertical step
-# in horizontal ones, and the most looks of a leg at an intruder. From `ROLL` on: where the ownship has rolled out.
-SPEED, TURN_RADIUS, CLIMB_MAX, SINK_MAX, FLOOR, CEILING, STEP, STEP_LEAST, VERTICAL, LOOKS_MAX, ROLL = range(11)
-N_REFINEMENT = ROLL + N_ROLL
+# in horizontal ones, and the most looks of a leg at an intruder. From `INERTIA` on: what it first goes on with.
+SPEED, TURN_RADIUS, CLIMB_MAX, SINK_MAX, FLOOR, CEILING, STEP, STEP_LEAST, VERTICAL, LOOKS_MAX, INERTIA = range(11)
+N_REFINEMENT = INERTIA + N_INERTIA
 
 LEVEL_DIRECTIONS = 8  # ahead, back, right, left, and between them; after these up and down
 # Between them because a place that touches a cylinder can often move neither along the chord nor aside alone.
@@ -156,11 +156,11 @@ def refine(
     looks : int
         At an intruder from a leg; a trial is one more.
     """
-    speed, radius, roll = limits[SPEED], limits[TURN_RADIUS], limits[ROLL:]
+    speed, radius, inertia = limits[SPEED], limits[TURN_RADIUS], limits[INERTIA:]
     leg_times(points, n, speed, times)
     wrong = faults(points, times, n, course, volumes, vertices, limits)
     # The first turn counts as it is flown: else a sharp one would be a free way to lose time.
-    places, length = flown_times(points, n, course, radius, roll, speed, flown, arrivals)
+    places, length = flown_times(points, n, course, radius, inertia, speed, flown, arrivals)
     longest = _LONGER * length
     # No trial is begun without enough left for the looks of its whole path.
     looks_max = limits[LOOKS_MAX] - 1 - (n - 1 + PLACES) * count
@@ -181,7 +181,7 @@ def refine(
         else:
             m = n
             move_place(points, n, k, direction, step, limits, trial)
-        places, new_length = flown_times(trial, m, course, radius, roll, speed, flown, arrivals)
+        places, new_length = flown_times(trial, m, course, radius, inertia, speed, flown, arrivals)
         better, new_wrong = False, ~wrong
         # Who is free already gains by a shorter way alone.
         if new_length < (longest if inside > 0.0 else length - least):

@@ -11,7 +11,7 @@ from wideberth.avoidance.keep_out.volumes import keep_out_arrays
 from wideberth.avoidance.local_level import ground_state
 from wideberth.avoidance.waypoint_paths.astar import Limits, cell_size
 from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
-from wideberth.avoidance.waypoint_paths.first_turn_kernels import roll_out
+from wideberth.avoidance.waypoint_paths.first_turn_kernels import inertia_of
 from wideberth.avoidance.waypoint_paths.path_planner import JudgedPath, PathPlanner, path_length
 from wideberth.avoidance.waypoint_paths.prediction import Prediction, Predictor
 from wideberth.avoidance.waypoint_paths.work import Work
@@ -130,7 +130,7 @@ class AStarPlanner:
             radius=vk.turn_radius(speed, config.bank_share * p[vk.P_BANK_MAX]),
             climb_max=config.climb_share * p[vk.P_CLIMB_MAX],
             sink_max=config.climb_share * p[vk.P_SINK_MAX],
-            roll_out=roll_out(vk.clip(x[5], -p[vk.P_BANK_MAX], p[vk.P_BANK_MAX]), p[vk.P_BANK_RATE_MAX], speed),
+            inertia=inertia_of(x, p, speed),
         )
 
     def _remaining(self, x: FloatArray, mission: Mission) -> FloatArray:

@@ -386,3 +386,15 @@ def lagging_heights(ways: FloatArray, wanted: FloatArray, slope: float, lag: flo
             slope += (aim - middle) * way / n / lag
         found.append(height)
     return np.array(found)
+
+
+def caught_up(below: float, slope: float, way: float, share: float, climb: float, sink: float) -> float:
+    """How much lower than wanted it still is after some way on a path with a slope (down): small steps.
+
+    Of what is left a `share` is caught up with on a metre of way, as far as the steepest climb and descent let it.
+    """
+    n = math.ceil(50.0 * way)
+    for _ in range(n):
+        spare = max(climb + slope if below > 0.0 else sink - slope, 0.0)
+        below -= math.copysign(min(share * abs(below), spare), below) * way / n
+    return below

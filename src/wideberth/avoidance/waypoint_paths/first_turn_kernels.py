@@ -25,9 +25,10 @@ PLACES = 9  # so many more a path may get: of arcs, where the ownship has rolled
 
 # What the ownship first goes on with. Where it has rolled out of its turn: ahead and to the right of where it is (m),
 # and its course there from its course now (rad; zero where it does not turn). How much lower it gets on a metre of way,
-# and the way it flies in the time constant of its climb, m.
-ROLL_AHEAD, ROLL_RIGHT, ROLL_TURN, SLOPE, LAG = 0, 1, 2, 3, 4
-N_INERTIA = 5
+# and the way it flies in the time constant of its climb, m. How height is caught up with: the share of it on a metre of
+# way, and the steepest climb and descent, in height on a metre of way.
+ROLL_AHEAD, ROLL_RIGHT, ROLL_TURN, SLOPE, LAG, CATCH_UP, STEEPEST_CLIMB, STEEPEST_SINK = range(8)
+N_INERTIA = 8
 
 
 def inertia_of(state: Floats, vehicle: Floats, speed: float) -> Floats:
@@ -50,6 +51,8 @@ def inertia_of(state: Floats, vehicle: Floats, speed: float) -> Floats:
         inertia[ROLL_RIGHT] = speed * lasts * math.sin(0.5 * turn)
         inertia[ROLL_TURN] = turn
     inertia[SLOPE], inertia[LAG] = -state[vk.CLIMB] / speed, vehicle[vk.P_TAU_CLIMB] * speed
+    inertia[CATCH_UP] = vehicle[vk.P_ALTITUDE_GAIN] / speed
+    inertia[STEEPEST_CLIMB], inertia[STEEPEST_SINK] = vehicle[vk.P_CLIMB_MAX] / speed, vehicle[vk.P_SINK_MAX] / speed
     return inertia
 
 
@@ -66,6 +69,28 @@ def lagging(slope: float, wanted: float, way: float, lag: float) -> tuple[float,
     """
     left = math.exp(-way / lag) if lag > 0.0 else 0.0
     return (slope - wanted) * lag * (1.0 - left), wanted + (slope - wanted) * left
+
+
+@jit_uncounted
+def caught_up(below: float, wanted: float, way: float, inertia: Floats) -> float:
+    """Return how much lower than wanted a climb or descent with the slope `wanted` still is after some way, m.
+
+    Parameters
+    ----------
+    below : float
+        Before, m.
+    wanted, way : float
+        How much lower the path gets on a metre of way; m.
+    inertia : ndarray, shape (N_INERTIA,)
+    """
+    spare = max(inertia[STEEPEST_CLIMB] + wanted if below > 0.0 else inertia[STEEPEST_SINK] - wanted, 0.0)
+    left, share = abs(below), inertia[CATCH_UP]
+    if share * left > spare:
+        # At the limit, until the share of it is less.
+        limited = way if spare * way <= left - spare / share else (left - spare / share) / spare
+        left -= spare * limited
+        way -= limited
+    return math.copysign(left * math.exp(-share * way), below)
 
 
 @jit_uncounted
@@ -133,7 +158,7 @@ def begin_turn(points: Floats, n: int, course: float, radius: float, inertia: Fl
             below += more_below
         wanted = down
         out[i, 2] = wanted + below
-    # Then straight on to the waypoint: there the height is caught up with.
+    # Then straight on to the waypoint, and from there: the height is caught up with as far as it can be.
     n_, e_ = points[1, 0] - out[more, 0], points[1, 1] - out[more, 1]
     level, way = math.hypot(n_, e_), LAGS * inertia[LAG]
     if level > way > 0.0:
@@ -143,10 +168,20 @@ def begin_turn(points: Floats, n: int, course: float, radius: float, inertia: Fl
             more += 1
             out[more, 0] = out[more - 1, 0] + n_ * way / level
             out[more, 1] = out[more - 1, 1] + e_ * way / level
-            out[more, 2] = wanted + leg_slope * way + below + more_below
+            wanted += leg_slope * way
+            below += more_below
+            out[more, 2] = wanted + below
     for i in range(1, n):
         k = i + more
         out[k, 0], out[k, 1], out[k, 2] = points[i, 0], points[i, 1], points[i, 2]
+        if below != 0.0:
+            way = math.hypot(out[k, 0] - out[k - 1, 0], out[k, 1] - out[k - 1, 1])
+            if way > 0.0:
+                below = caught_up(below, (points[i, 2] - wanted) / way, way, inertia)
+            out[k, 2] += below
+            wanted = points[i, 2]
+            if abs(below) < LAG_LEAST:
+                below = 0.0
     return n + more
 
 

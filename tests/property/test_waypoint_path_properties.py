@@ -38,7 +38,7 @@ def world(rng):
         row[6:8] = 153.0, 30.5
         if rng.random() < 0.3:
             row[8:10] = rng.uniform(-0.1, 0.1), 20.0
-    return tuple(volumes), Prediction(rows, (), np.zeros(len(rows), bool), np.zeros((len(rows), 2)))
+    return tuple(volumes), Prediction(rows, (), np.zeros(len(rows), bool), lambda: np.zeros((len(rows), 2)))
 
 
 @settings(max_examples=60)
@@ -103,7 +103,7 @@ def crowd(rng, count):
         row[6:8] = 153.0, 30.5
         if rng.random() < 0.5:
             row[8:10] = rng.uniform(-0.2, 0.2), 8.0
-    return Prediction(rows, (), np.zeros(count, bool), np.zeros((count, 2)))
+    return Prediction(rows, (), np.zeros(count, bool), lambda: np.zeros((count, 2)))
 
 
 class Counted(PathPlanner):

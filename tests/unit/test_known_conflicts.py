@@ -82,7 +82,9 @@ def test_the_sigmas_ahead_are_those_of_straight_flight():
     for t in (0.0, 3.0, 20.0):
         root = rng.normal(size=(9, 9))
         (track,) = seen(0.0, root @ root.T)
-        level, vertical = Prediction(np.zeros((1, 10)), (track,), np.zeros(1, bool), np.zeros((1, 2))).sigmas_at(0, t)
+        level, vertical = Prediction(
+            np.zeros((1, 10)), (track,), np.zeros(1, bool), lambda: np.zeros((1, 2))
+        ).sigmas_at(0, t)
         ahead = np.hstack([np.eye(3), t * np.eye(3)])
         expected = ahead @ track.covariance[:6, :6] @ ahead.T
         assert level == pytest.approx(math.sqrt(0.5 * (expected[0, 0] + expected[1, 1])))

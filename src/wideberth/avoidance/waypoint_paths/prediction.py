@@ -1,8 +1,9 @@
 """Tracks as what the planners expect of them: rows of `intruder_kernels`."""
 
 import dataclasses
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ _TURN_SPEED_MIN = 1.0  # m/s: slower than this nothing is said to turn
 _LEVEL = 0.1  # m/s: who climbs or sinks no faster than this is level
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
+@dataclasses.dataclass(frozen=True)
 class Prediction:
     """Expected motion of the intruders that matter.
 
@@ -31,14 +32,19 @@ class Prediction:
         Whose each row is.
     doubts : ndarray of bool, shape (m,)
         Rows that are no more than possible: paths keep clear of them, but they are no reason for a maneuver.
-    spreads : ndarray, shape (m, 2)
-        What plans add to each radius and half-height for how little is known of where the intruder passes, m.
+    find_spreads : callable
+        Returns `spreads`: most decisions plan nothing and need none.
     """
 
     rows: FloatArray
     owners: tuple[Track, ...]
     doubts: NDArray[np.bool_]
-    spreads: FloatArray
+    find_spreads: Callable[[], FloatArray]
+
+    @functools.cached_property
+    def spreads(self) -> FloatArray:
+        """What plans add to each radius and half-height for how little is known of where it passes, m, (m, 2)."""
+        return self.find_spreads()
 
     def widened(self, margin: float, spread: float = 1.0) -> FloatArray:
         """Return the rows as plans keep clear of them: larger by a fraction, and by so much of the spreads."""
@@ -154,10 +160,12 @@ class Predictor:
             order = np.argsort(distance / np.maximum(closing, 1e-3), kind="stable")[:most]
             self._left_out += len(rows) - most
             array, owners, doubts = array[order], [owners[i] for i in order], [doubts[i] for i in order]
-        spreads = np.array([self._spread(ownship, *pair) for pair in zip(array, owners, strict=True)], float).reshape(
-            -1, 2
-        )
-        return Prediction(array, tuple(owners), np.array(doubts, bool), spreads)
+
+        def find_spreads() -> FloatArray:
+            spreads = [self._spread(ownship, *pair) for pair in zip(array, owners, strict=True)]
+            return np.array(spreads, float).reshape(-1, 2)
+
+        return Prediction(array, tuple(owners), np.array(doubts, bool), find_spreads)
 
     def _spread(self, ownship: Ownship, row: FloatArray, track: Track) -> tuple[float, float]:
         """Return what is added to radius and half-height for not knowing where the intruder passes the ownship, m."""

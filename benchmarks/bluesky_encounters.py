@@ -79,9 +79,21 @@ def fly_apart(encounters: Sequence[Encounter], ways: Sequence[Way]) -> list[Flow
     RuntimeError
         If that process fails.
     """
+    task = {"encounters": encounters, "ways": ways}
+    return [Flown(*numbers) for numbers in run_apart("benchmarks.bluesky_encounters", task)]
+
+
+def run_apart(module: str, task: Mapping[str, object]) -> Any:
+    """Run a module in a new process with a task on its standard input, and return its answer, both JSON.
+
+    Raises
+    ------
+    RuntimeError
+        If that process fails.
+    """
     done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.bluesky_encounters"],
-        input=json.dumps({"encounters": encounters, "ways": ways}),
+        [sys.executable, "-m", module],
+        input=json.dumps(task),
         capture_output=True,
         text=True,
         cwd=Path(__file__).resolve().parents[1],
@@ -89,7 +101,7 @@ def fly_apart(encounters: Sequence[Encounter], ways: Sequence[Way]) -> list[Flow
     if done.returncode != 0:
         lines = done.stderr.strip().splitlines()
         raise RuntimeError(lines[-1] if lines else f"exit status {done.returncode}")
-    return [Flown(*numbers) for numbers in json.loads(done.stdout)]
+    return json.loads(done.stdout)
 
 
 def start(folder: str, settings: Mapping[str, object]) -> Any:

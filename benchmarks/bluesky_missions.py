@@ -7,17 +7,15 @@ the drone it is compared with. Only the stepping counts as time.
 import contextlib
 import json
 import math
-import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.bluesky_encounters import AIRCRAFT_TYPE, EARTH_RADIUS, start
+from benchmarks.bluesky_encounters import AIRCRAFT_TYPE, EARTH_RADIUS, run_apart, start
 from wideberth.units import FOOT, NAUTICAL_MILE
 
 LONGEST_S = 400.0
@@ -66,17 +64,8 @@ def fly_apart(missions: Sequence[Mission], limits: Limits) -> list[FlownMission]
     RuntimeError
         If that process fails.
     """
-    done = subprocess.run(
-        [sys.executable, "-m", "benchmarks.bluesky_missions"],
-        input=json.dumps({"missions": missions, "limits": limits}),
-        capture_output=True,
-        text=True,
-        cwd=Path(__file__).resolve().parents[1],
-    )
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines()
-        raise RuntimeError(lines[-1] if lines else f"exit status {done.returncode}")
-    return [FlownMission(*numbers) for numbers in json.loads(done.stdout)]
+    flown = run_apart("benchmarks.bluesky_missions", {"missions": missions, "limits": limits})
+    return [FlownMission(*numbers) for numbers in flown]
 
 
 def fly_one(bluesky: Any, mission: Mission, limits: Limits) -> FlownMission:

@@ -132,7 +132,11 @@ def test_a_decision_does_no_more_work_than_it_may(seed):
     work = Work(most)
     planner.follow(flown, 0.0, 100.0, LIMITS, prediction, work)
     part = work.split(0.5)
-    assert planner.plan(start, 0.0, goals[0], LIMITS, prediction, part) is not None
+    found = planner.plan(start, 0.0, goals[0], LIMITS, prediction, part)
+    assert found is not None and found.inside >= 0.0
+    np.testing.assert_array_equal(found.points[0], start)
+    if found.complete:
+        np.testing.assert_array_equal(found.points[-1], goals[0])
     work.join(part)
     planner.plan(start, 0.0, goals[1], LIMITS, prediction, work)
     assert work.left >= 0

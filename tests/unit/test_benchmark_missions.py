@@ -24,7 +24,7 @@ def test_the_peer_has_the_limits_of_the_drone():
 
 
 def test_flights_are_counted_by_what_came_of_them():
-    flown = [FlownMission(True, False, 1.0, 0.5, 60.0), FlownMission(False, True, 3.0, 2.0, 400.0)]
+    flown = [FlownMission(True, False, 1.0, 120.0), FlownMission(False, True, 3.0, 200.0)]
     told = summary_of(flown)
     assert (told["flights"], told["violating"], told["not_completed"]) == (2.0, 1.0, 1.0)
     assert told["path_ratio_mean"] == pytest.approx(2.0)

@@ -15,6 +15,8 @@ from tests.made_waypoint_runs import (
     fly,
     tracks_of,
 )
+from wideberth.avoidance.local_level import ground_state
+from wideberth.avoidance.waypoint_paths import first_turn_kernels as ftk
 from wideberth.avoidance.waypoint_paths.config import AStarChainConfig, AStarConfig
 from wideberth.avoidance.waypoint_paths.prediction import Predictor
 from wideberth.avoidance.waypoint_paths.waypoint_manager import AStarChainPlanner, AStarPlanner
@@ -88,9 +90,15 @@ def test_the_maneuver_in_words_and_times():
     assert maneuver.reason.startswith("intruder I0 31 s ahead, miss 68 m")
     assert "climb" in maneuver.reason
     assert set(maneuver.threat_ids) == {"i0", "i1"}
-    lengths = np.linalg.norm(np.diff(np.vstack([own().position, maneuver.waypoints]), axis=0), axis=1)
-    # As flown: the climb takes a moment to begin, which makes the way longer by centimetres.
-    np.testing.assert_allclose(maneuver.times - maneuver.t, np.cumsum(lengths) / SPEED, atol=0.01)
+    # As flown: the climb takes a moment to begin, which makes the way longer by millimetres.
+    points = np.vstack([own().position, maneuver.waypoints])
+    flown, times = np.empty((len(points) + ftk.PLACES, 3)), np.empty(len(points) + ftk.PLACES)
+    inertia = ftk.inertia_of(ground_state(own()), parameters(SMALL_WING), SPEED)
+    n, _ = ftk.flown_times(points, len(points), 0.0, 40.0, inertia, SPEED, flown, times)
+    np.testing.assert_array_equal(flown[n - len(points) + 1 : n, :2], points[1:, :2])
+    lengths = np.linalg.norm(np.diff(flown[:n], axis=0), axis=1)
+    at_places = (np.cumsum(lengths) / SPEED)[n - len(points) :]
+    np.testing.assert_allclose(maneuver.times - maneuver.t, at_places, rtol=1e-9)
     np.testing.assert_allclose(maneuver.waypoints[-1], mission().waypoints[-1])
     assert maneuver.valid_until > maneuver.times[-1]
     assert not maneuver.least_bad

@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from wideberth.avoidance.keep_out.kernels import KeepOuts, path_enters
-from wideberth.avoidance.waypoint_paths import first_turn_kernels as ftk
 from wideberth.avoidance.waypoint_paths.astar import FoundPath, GridSearch, Limits
 from wideberth.avoidance.waypoint_paths.chain import Chain
 from wideberth.avoidance.waypoint_paths.config import AStarConfig
-from wideberth.avoidance.waypoint_paths.intruder_kernels import path_inside
 from wideberth.avoidance.waypoint_paths.judge_kernels import judge_path
 from wideberth.avoidance.waypoint_paths.limits_kernels import SHARP_FIRST, path_flaws
 from wideberth.avoidance.waypoint_paths.prediction import Prediction
@@ -116,10 +114,14 @@ class PathPlanner:
         prediction: Prediction,
         cell: float = 0.0,
         complete: bool = True,
+        margin: float | None = None,
     ) -> JudgedPath:
-        """Return a path of waypoints (n, 3), begun with a course (rad, NaN where any will do), with what it meets."""
+        """Return a path of waypoints (n, 3), begun with a course (rad, NaN where any will do), with what it meets.
+
+        The cylinders are larger by a `margin`, by default by `trigger_margin`.
+        """
         points = np.ascontiguousarray(points)
-        scale = 1.0 + self._config.trigger_margin
+        scale = 1.0 + (self._config.trigger_margin if margin is None else margin)
         length, turn, entry, inside, soon, times, arrivals, entries = judge_path(
             points, course, limits.radius, limits.inertia, limits.speed, prediction.rows, scale,
             self._config.decide_by_s,
@@ -128,15 +130,6 @@ class PathPlanner:
         return JudgedPath(
             points, times, arrivals, length, turn, cell, inside, weight, entry, entries, complete
         )  # fmt: skip
-
-    def _flown(self, points: FloatArray, course: float, limits: Limits) -> tuple[FloatArray, FloatArray, float]:
-        """Return a path with its first turn, when it is where, and its length."""
-        places = np.empty((len(points) + ftk.PLACES, 3))
-        times = np.empty(len(places))
-        n, length = ftk.flown_times(
-            points, len(points), course, limits.radius, limits.inertia, limits.speed, places, times
-        )
-        return places[:n], times[:n], length
 
     def plan(
         self, start: FloatArray, course: float, goal: FloatArray, limits: Limits, prediction: Prediction,
@@ -340,8 +333,8 @@ class PathPlanner:
         # However far it turns back: the turn is judged as it is flown.
         if not self._allowed(path.points, path.times, course, limits, SHARP_FIRST):
             return None
-        whole, times, _ = self._flown(np.vstack([path.points, rest]), course, limits)
-        return path if _meets(whole, times, prediction.rows, 1.0 + self._config.plan_margin)[1] == 0.0 else None
+        whole = self.judge(np.vstack([path.points, rest]), course, limits, prediction, margin=self._config.plan_margin)
+        return path if whole.free else None
 
     def _completed(self, found: FoundPath, goal: FloatArray) -> tuple[FloatArray, bool]:
         """Return the path with its end at the goal, or as it is where the way there is closed, and whether it has."""
@@ -355,13 +348,6 @@ class PathPlanner:
         volumes = self._keep_outs
         flaws = path_flaws(points, times, len(points), course, limits.radius, limits.climb_max, limits.sink_max)
         return flaws & ~taken == 0 and path_enters(points, len(points), volumes.volumes, volumes.vertices) < 0
-
-
-def _meets(points: FloatArray, times: FloatArray, rows: FloatArray, scale: float) -> tuple[float, float, FloatArray]:
-    """Return when a path first enters a cylinder larger by a factor, the seconds inside, and the entry of each."""
-    entries = np.full(len(rows), math.inf)
-    entry, inside = path_inside(points, times, len(points), rows, len(rows), scale, entries)
-    return entry, inside, entries
 
 
 def _rank(path: JudgedPath) -> tuple[float, bool, float]:

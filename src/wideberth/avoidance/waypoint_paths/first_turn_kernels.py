@@ -94,26 +94,23 @@ def caught_up(below: float, wanted: float, way: float, inertia: Floats) -> float
 
 
 @jit_uncounted
-def begin_turn(points: Floats, n: int, course: float, radius: float, inertia: Floats, out: Floats) -> int:
-    """Write a path as it is begun into `out`, and return how many places it has: its first turn is an arc of chords.
-
-    Its height lags behind by what the ownship climbs or sinks at first.
+def write_arc(points: Floats, course: float, radius: float, inertia: Floats, out: Floats) -> int:
+    """Write where a path begins and the chords of its first turn into `out`, in the plane; return how many of these.
 
     Parameters
     ----------
-    points : ndarray, shape (>= n, 3)
+    points : ndarray, shape (>= 2, 3)
         Local NED, m.
-    n : int
     course : float
         At the first place, rad; NaN where any will do.
     radius : float
         Of the turn, m.
     inertia : ndarray, shape (N_INERTIA,)
         A turn to the other side begins where the ownship has rolled out of the one it is in.
-    out : ndarray, shape (>= n + PLACES, 3)
+    out : ndarray, shape (>= PLACES, 3)
         Overwritten. No arc where the path begins with no turn, or the first waypoint is inside the turn.
     """
-    out[0, 0], out[0, 1], out[0, 2] = points[0, 0], points[0, 1], points[0, 2]
+    out[0, 0], out[0, 1] = points[0, 0], points[0, 1]
     more = 0
     dn, de = points[1, 0] - points[0, 0], points[1, 1] - points[0, 1]
     cn, ce = math.cos(course), math.sin(course)
@@ -145,6 +142,28 @@ def begin_turn(points: Floats, n: int, course: float, radius: float, inertia: Fl
                 out[more + i, 0] = bn + ahead * cn - out_of_it * ce
                 out[more + i, 1] = be + ahead * ce + out_of_it * cn
             more += count
+    return more
+
+
+@jit_uncounted
+def begin_turn(points: Floats, n: int, course: float, radius: float, inertia: Floats, out: Floats) -> int:
+    """Write a path as it is begun into `out`, and return how many places it has: its first turn is an arc of chords.
+
+    Its height lags behind by what the ownship climbs or sinks at first.
+
+    Parameters
+    ----------
+    points : ndarray, shape (>= n, 3)
+        Local NED, m.
+    n : int
+    course, radius, inertia
+        As in `write_arc`.
+    out : ndarray, shape (>= n + PLACES, 3)
+        Overwritten.
+    """
+    more = write_arc(points, course, radius, inertia, out)
+    out[0, 2] = points[0, 2]
+    dn, de = points[1, 0] - points[0, 0], points[1, 1] - points[0, 1]
     # Wanted heights are by how much of the leg is behind, not of the way: a turn gains little of them.
     level2 = max(dn * dn + de * de, 1e-9)  # zero for a waypoint right above, which a turn leads to after a roll
     dd = points[1, 2] - points[0, 2]
